@@ -7,6 +7,7 @@ use node::{Exit, Failure};
 
 use crate::command_line;
 use crate::commands::{campaign, doctor, journal, run, scenario, terrain, topic, view};
+use crate::progress::while_working;
 use crate::tool::{self, Passed};
 
 /// Autonomy stack and simulator for planetary hopping robots.
@@ -164,10 +165,10 @@ fn watch(args: &monitor::shell::Args) -> Result<Exit, Failure> {
 fn tool(command: &Command) -> Result<Exit, Failure> {
     match command {
         Command::Campaign(command) => campaign::run(command),
-        Command::Scenario(command) => scenario::run(command),
-        Command::Terrain(command) => terrain::run(command),
+        Command::Scenario(command) => while_working("reading the ground", || scenario::run(command)),
+        Command::Terrain(command) => while_working("reading the ground", || terrain::run(command)),
         Command::View(args) => view::run(args),
-        Command::Journal(command) => journal::run(command),
+        Command::Journal(command) => while_working("reading the journal", || journal::run(command)),
         Command::Topic(command) => topic::run(command),
         Command::Doctor(args) => doctor::run(args),
         Command::Gif(passed) => tool::run("gif", passed),

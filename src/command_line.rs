@@ -1,12 +1,12 @@
 //! Parses command lines: what is wrong in plain words, with the commands that a mistyped one resembles.
 
-use std::io::IsTerminal as _;
+use std::fmt::Write as _;
+use std::path::Path;
 
+use clap::builder::StyledStr;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Command, Error, Parser};
-
-/// Most edits between a mistyped command and one that is suggested: `rnu` for `run` is one exchange of neighbours.
-const EDITS_MAX: usize = 2;
+use contract::spelling::nearest;
 
 /// Reasons of Rust's number parsers and of the duration parser, and what they mean to whoever typed the value.
 const REASONS: [(&str, &str); 7] = [
@@ -28,8 +28,8 @@ pub fn parse<C: Parser>() -> C {
         match error.kind() {
             ErrorKind::ValueValidation => {
                 let text = error.render();
-                let colourful = std::io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none();
-                let text = if colourful { text.ansi().to_string() } else { text.to_string() };
+                let text =
+                    if node::stderr_has_colours() { text.ansi().to_string() } else { text.to_string() };
                 // Fails only if nobody reads.
                 let _ = std::io::Write::write_all(&mut std::io::stderr(), in_plain_words(&text).as_bytes());
                 std::process::exit(error.exit_code())
@@ -44,68 +44,68 @@ fn in_plain_words(text: &str) -> String {
     REASONS.iter().fold(text.to_owned(), |text, (reason, words)| text.replace(reason, words))
 }
 
-/// `error` with the commands that resemble an unknown one, where clap finds none: it compares letters at the same place
-/// only, so a short word with two letters exchanged resembles nothing.
-fn with_suggestions(mut error: Error, command: &Command, words: &[String]) -> Error {
-    let (ErrorKind::InvalidSubcommand, None) = (error.kind(), error.get(ContextKind::SuggestedSubcommand))
-    else {
-        return error;
+/// `error` with what was meant, where clap finds nothing.
+fn with_suggestions(error: Error, command: &Command, words: &[String]) -> Error {
+    let (kind, invalid) = match error.kind() {
+        ErrorKind::InvalidSubcommand => (ErrorKind::InvalidSubcommand, ContextKind::InvalidSubcommand),
+        ErrorKind::UnknownArgument => (ErrorKind::UnknownArgument, ContextKind::InvalidArg),
+        _ => return error,
     };
-    let Some(ContextValue::String(got)) = error.get(ContextKind::InvalidSubcommand) else { return error };
+    let Some(ContextValue::String(got)) = error.get(invalid) else { return error };
     let got = got.clone();
-    // The command whose subcommand is unknown.
+    // The command that does not know it.
     let parent = words
         .iter()
         .take_while(|word| **word != got)
         .try_fold(command, |parent, word| parent.find_subcommand(word))
         .unwrap_or(command);
-    let mut near: Vec<(usize, String)> = parent
-        .get_subcommands()
-        .map(|command| (edits(&got, command.get_name()), command.get_name().to_owned()))
-        .filter(|(edits, name)| *edits <= EDITS_MAX && *edits < name.len().min(got.chars().count()))
-        .collect();
-    near.sort();
-    let least = near.first().map(|(edits, _)| *edits);
-    let names: Vec<_> =
-        near.into_iter().filter(|(edits, _)| Some(*edits) == least).map(|(_, name)| name).collect();
-    if !names.is_empty() {
-        error.insert(ContextKind::SuggestedSubcommand, ContextValue::Strings(names));
+    match kind {
+        ErrorKind::InvalidSubcommand => with_commands(error, parent, &got),
+        _ => with_flag(error, parent, &got),
     }
+}
+
+/// `error` with the commands that resemble an unknown one: clap compares letters at the same place only, so to it a short
+/// word with two letters exchanged resembles nothing.
+fn with_commands(mut error: Error, parent: &Command, got: &str) -> Error {
+    if error.get(ContextKind::SuggestedSubcommand).is_some() {
+        return error;
+    }
+    let near = nearest(got, parent.get_subcommands().map(Command::get_name));
+    if near.is_empty() {
+        return with_flag(error, parent, got);
+    }
+    let names = near.into_iter().map(str::to_owned).collect();
+    error.insert(ContextKind::SuggestedSubcommand, ContextValue::Strings(names));
     error
 }
 
-/// Fewest insertions, deletions, substitutions and exchanges of neighbours that turn `a` into `b` (optimal string
-/// alignment).
-fn edits(a: &str, b: &str) -> usize {
-    let (a, b): (Vec<char>, Vec<char>) = (a.chars().collect(), b.chars().collect());
-    let mut rows = vec![vec![0; b.len() + 1]; a.len() + 1];
-    for i in 0..=a.len() {
-        for j in 0..=b.len() {
-            if i == 0 || j == 0 {
-                rows[i][j] = i + j;
-                continue;
-            }
-            let substituted = rows[i - 1][j - 1] + usize::from(a[i - 1] != b[j - 1]);
-            let mut least = substituted.min(rows[i - 1][j] + 1).min(rows[i][j - 1] + 1);
-            if i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1] {
-                least = least.min(rows[i - 2][j - 2] + 1);
-            }
-            rows[i][j] = least;
-        }
+/// `error` with the flag that a scenario, a planner or a file needs before it: `hopper run hard`.
+fn with_flag(mut error: Error, parent: &Command, got: &str) -> Error {
+    let knows = |flag: &str| parent.get_arguments().any(|argument| argument.get_long() == Some(flag));
+    let ending = Path::new(got).extension().map(|ending| ending.to_ascii_lowercase());
+    let is_any_of =
+        |endings: &[&str]| ending.as_ref().is_some_and(|got| endings.iter().any(|ending| got == ending));
+    let first = |names: Vec<&str>| names.first().map(|name| (*name).to_owned());
+    let scenario = match is_any_of(&["toml"]) {
+        true => Some(got.to_owned()),
+        false => first(nearest(got, scenario::BUILT_IN.map(|(name, _)| name))),
+    };
+    let planner = first(nearest(got, planner::ALGORITHMS.iter().copied()));
+    let dem = is_any_of(&["tif", "tiff", "asc"]).then(|| got.to_owned());
+    let known = [("scenario", scenario), ("dem", dem), ("planner", planner.clone()), ("algorithm", planner)];
+    let meant =
+        known.into_iter().find_map(|(flag, value)| value.filter(|_| knows(flag)).map(|value| (flag, value)));
+    if let Some((flag, value)) = meant
+        && !got.starts_with('-')
+    {
+        let mut tip = StyledStr::new();
+        let _ = write!(
+            tip,
+            "a {} is given by its flag: '--{flag} {value}'",
+            if flag == "dem" { "model" } else { flag }
+        );
+        error.insert(ContextKind::Suggested, ContextValue::StyledStrs(vec![tip]));
     }
-    rows[a.len()][b.len()]
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn edits_count_an_exchange_of_neighbours_once() {
-        for (a, b, need) in
-            [("rnu", "run", 1), ("run", "run", 0), ("", "run", 3), ("simm", "sim", 1), ("bag", "run", 3)]
-        {
-            assert_eq!((edits(a, b), edits(b, a)), (need, need), "{a} {b}");
-        }
-    }
+    error
 }

@@ -1,6 +1,7 @@
 //! Files that a command writes into a folder of the user's choice.
 
 use std::fs;
+use std::os::unix::fs::FileTypeExt as _;
 use std::path::Path;
 
 use hopper_sim::private_file::{self, FileError};
@@ -16,7 +17,9 @@ pub fn write_into(
 ) -> Result<(), Failure> {
     fs::create_dir_all(dir)
         .map_err(|error| Failure::usage(format!("--out {} cannot be made: {error}", dir.display())))?;
+    let mut count = 0_usize;
     for (name, text) in files {
+        count += 1;
         let path = dir.join(name.as_ref());
         private_file::write_shared(&path, text.as_ref()).map_err(|error| match error {
             FileError::Io { path, source, .. } => {
@@ -25,5 +28,27 @@ pub fn write_into(
             refused => Failure::usage(refused),
         })?;
     }
+    tracing::info!("wrote {count} files to {}", dir.display());
+    Ok(())
+}
+
+/// Writes a file where the user asked for it, in place of an old one.
+///
+/// # Errors
+/// Exit code 2 if it is no place for a file, or cannot be written.
+pub fn write(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
+    let refused = |why: String| Failure::usage(format!("{} cannot be written: {why}", path.display()));
+    // A pipe that nobody reads would never be opened.
+    if let Ok(data) = fs::metadata(path) {
+        let kind = data.file_type();
+        if kind.is_dir() {
+            return Err(refused("need a file, got a folder".into()));
+        }
+        if kind.is_fifo() || kind.is_socket() {
+            return Err(refused("need a file, got a pipe or a socket".into()));
+        }
+    }
+    fs::write(path, bytes).map_err(|error| refused(error.to_string()))?;
+    tracing::info!("wrote {}", path.display());
     Ok(())
 }

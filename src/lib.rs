@@ -7,6 +7,7 @@ pub mod command_line;
 pub mod commands;
 pub mod files;
 pub mod mission;
+pub mod progress;
 pub mod stdout;
 pub mod tool;
 

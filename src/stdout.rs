@@ -21,6 +21,12 @@ pub fn print_json(value: &impl Serialize) -> Result<(), Failure> {
     print(&(serde_json::to_string(value).map_err(Failure::run)? + "\n"))
 }
 
+/// Why standard output cannot be written.
+#[must_use]
+pub fn unwritten(error: &io::Error) -> Failure {
+    Failure::run(format!("standard output cannot be written: {error}"))
+}
+
 /// Lets `write` write to standard output piece by piece, for output that may be too long for memory; see [`print()`].
 ///
 /// # Errors
@@ -29,6 +35,6 @@ pub fn stream(write: impl FnOnce(&mut io::StdoutLock<'static>) -> io::Result<()>
     let mut out = io::stdout().lock();
     match write(&mut out).and_then(|()| out.flush()) {
         Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(()),
-        written => Ok(written?),
+        written => written.map_err(|error| unwritten(&error)),
     }
 }

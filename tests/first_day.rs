@@ -77,7 +77,10 @@ fn built_in_scenarios_and_campaigns_are_listed_and_flown_by_name() {
     let file = concat!(env!("CARGO_MANIFEST_DIR"), "/campaigns/p23-tables.toml");
     assert_eq!(trial("p23-tables", "by-name"), trial(file, "by-file"));
     let unknown = refused(&["campaign", "run", "p23-table"], 2);
-    assert!(unknown.contains("need a campaign file or one of p23-tables, "), "{unknown}");
+    assert!(
+        unknown.contains("p23-table: need a campaign, found none; did you mean p23-tables?"),
+        "{unknown}"
+    );
 }
 
 /// P-PAPER-SPEED: only campaigns of the paper's own cells are timed beside the paper's machine.

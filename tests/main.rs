@@ -10,6 +10,7 @@ mod harness;
 mod tiff_writer;
 
 mod accompanied;
+mod arguments;
 mod batch;
 mod book;
 mod campaign;

@@ -6,7 +6,7 @@ use clap::Parser;
 
 /// Simulator of a planetary hopper: executes hops, arbitrates who commands, keeps the journal.
 #[derive(Parser)]
-#[command(version)]
+#[command(version, after_help = "Examples:\n  hopper-sim --scenario hard --seed 7 --pace 2 --journal out/j")]
 struct Cli {
     #[command(flatten)]
     args: hopper_sim::shell::Args,

@@ -12,6 +12,7 @@ use report::{Process, Summary, SummaryBuilder};
 use scenario::{Overrides, ResolvedScenario, Scenario};
 
 use crate::elevation_args::ElevationArgs;
+use crate::journal::JournalError;
 use crate::process::{HopperSim, SimTerms};
 use crate::{Journal, JournalHeader, Mission, Pace, crash};
 
@@ -21,7 +22,7 @@ pub struct MissionArgs {
     /// Scenario: a TOML file, or a name that `hopper scenario list` explains [default: hard, or with --dem one that
     /// fits the elevation model].
     #[arg(long, value_name = "NAME|FILE")]
-    pub scenario: Option<String>,
+    pub scenario: Option<PathBuf>,
     /// Seed of the hops' scatter [default: 1].
     #[arg(long, allow_negative_numbers = true)]
     pub seed: Option<u64>,
@@ -86,7 +87,8 @@ impl MissionArgs {
             tracing::info!("flying over {fitted}; --scenario FILE chooses otherwise");
             return Ok(fitted.scenario.with(&Overrides { dem: None, ..overrides }));
         }
-        let scenario = scenario::load(self.scenario.as_deref().unwrap_or("hard")).map_err(Failure::usage)?;
+        let scenario =
+            scenario::load(self.scenario.as_deref().unwrap_or(Path::new("hard"))).map_err(Failure::usage)?;
         Ok(scenario.with(&overrides))
     }
 
@@ -124,7 +126,7 @@ pub struct Args {
     #[arg(long, env = "HOPPER_INSTANCE", default_value = "hopper", value_name = "NAME")]
     instance: String,
     /// Folder of the journal: created, or resumed if it holds one of this very mission.
-    #[arg(long, default_value = "out/journal", value_name = "DIR")]
+    #[arg(long, default_value = "out/journal", value_name = "DIR", value_parser = node::output_path())]
     journal: PathBuf,
     /// Force each record to the disk, so that the promise covers power loss too.
     #[arg(long)]
@@ -189,7 +191,8 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         let mut sim = sim.holding_at_most(args.patience);
         tracing::info!(
             run = %brief.run, scenario = %brief.scenario, seed,
-            "joined instance {:?} at decision {}", args.instance, sim.arbiter().state().decision
+            "joined instance {:?} at decision {}, journal in {}",
+            args.instance, sim.arbiter().state().decision, args.journal.display()
         );
         let exit = process::run(&mut sim, &mut node).await?;
         Ok::<_, Failure>((exit, sum_up(&summary_so_far.borrow(), &sim, node.pid())))
@@ -258,7 +261,16 @@ pub fn print_summary(summary: &Summary, format: report::Format) -> Result<(), Fa
 pub fn open_journal(dir: &Path, world: &ResolvedScenario, seed: u64, sync: bool) -> Result<Journal, Failure> {
     let expected = JournalHeader::new(world, seed);
     let journal = if Journal::exists(dir) {
-        Journal::resume(dir, &expected, &world.terrain, sync)?
+        Journal::resume(dir, &expected, &world.terrain, sync).map_err(|error| match &error {
+            JournalError::Mismatch { field, .. } if field != "format" => Failure::new(
+                error.exit(),
+                format!(
+                    "{}: {error}; ask for its own mission, or name another folder for this one",
+                    dir.display()
+                ),
+            ),
+            _ => error.into(),
+        })?
     } else {
         Journal::create(dir, &expected.with_run(node::random_run()?), sync)?
     };

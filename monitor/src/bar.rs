@@ -1,7 +1,5 @@
 //! Progress on standard error: a bar on a terminal, a line a second elsewhere.
 
-use std::io::IsTerminal;
-
 use contract::{MonotonicNs, RunId};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
@@ -33,10 +31,10 @@ pub struct Bar {
 }
 
 impl Bar {
-    /// A bar if standard error is a terminal, the log otherwise.
+    /// A bar if standard error is a terminal that can redraw a line, the log otherwise.
     #[must_use]
     pub fn on_stderr() -> Self {
-        if std::io::stderr().is_terminal() {
+        if node::stderr_redraws() {
             Self::on(ProgressDrawTarget::stderr_with_hz(REDRAWS_HZ))
         } else {
             Self::default()

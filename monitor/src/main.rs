@@ -6,7 +6,7 @@ use clap::Parser;
 
 /// Monitor of a planetary hopper: watches every public message.
 #[derive(Parser)]
-#[command(version)]
+#[command(version, after_help = "Examples:\n  monitor --web\n  monitor --web 127.0.0.1:9000 --control")]
 struct Cli {
     #[command(flatten)]
     args: monitor::shell::Args,

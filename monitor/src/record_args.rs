@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 #[command(next_help_heading = "Recording")]
 pub struct RecordArgs {
     /// Record every public message as MCAP, readable by Foxglove, Rerun, and Python's mcap.
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", value_parser = node::output_path())]
     pub record: Option<PathBuf>,
     /// Ask planners for their policies and record them too, which costs a planner time at every decision.
     #[arg(long, requires = "record")]
@@ -32,10 +32,16 @@ fn note(text: &str) -> Result<(String, String), String> {
 
 /// FILE, FILE-2, FILE-3, …: where a recording goes, and where it goes on each time the monitor was killed.
 pub fn files(path: &Path) -> impl Iterator<Item = PathBuf> {
-    let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-    let extension = path.extension().map(|text| format!(".{}", text.to_string_lossy())).unwrap_or_default();
     let first = path.to_owned();
     let others = first.clone();
-    let numbered = (2..).map(move |number: u64| others.with_file_name(format!("{stem}-{number}{extension}")));
+    let numbered = (2..).map(move |number: u64| {
+        let mut name = others.file_stem().unwrap_or_default().to_owned();
+        name.push(format!("-{number}"));
+        if let Some(extension) = others.extension() {
+            name.push(".");
+            name.push(extension);
+        }
+        others.with_file_name(name)
+    });
     std::iter::once(first).chain(numbered)
 }

@@ -6,7 +6,7 @@ use clap::Parser;
 
 /// Perception of a planetary hopper: senses at every landing and serves the observed map.
 #[derive(Parser)]
-#[command(version)]
+#[command(version, after_help = "Examples:\n  perception --instance mine --wait 30s --stay")]
 struct Cli {
     #[command(flatten)]
     args: perception::shell::Args,

@@ -2,18 +2,17 @@
 
 use contract::{Decision, Name};
 
-use crate::names::{AHEAD_ALGORITHMS, ALGORITHMS, COVER_ALGORITHMS, DRIVE_ALGORITHMS, FLY_ALGORITHMS};
+use contract::spelling::did_you_mean;
+
+use crate::names::{
+    AHEAD_ALGORITHMS, ALGORITHMS, CLAIRVOYANT, COVER_ALGORITHMS, DRIVE_ALGORITHMS, FLY_ALGORITHMS, listed,
+};
 
 /// A request for a planner that cannot be met.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum PlannerError {
     /// No algorithm has this name.
-    #[error(
-        "a planner needs one of the algorithms {known}, for a hopper's helicopter {ahead}, or for rovers {cover}, or for a \
-         rover that is scouted for {drive}, or for its helicopter {fly}, got {got:?}",
-        known = ALGORITHMS.join(", "), ahead = AHEAD_ALGORITHMS.join(", "), cover = COVER_ALGORITHMS.join(", "),
-        drive = DRIVE_ALGORITHMS.join(", "), fly = FLY_ALGORITHMS.join(", ")
-    )]
+    #[error("no planner is called {got:?}{}", meant(got))]
     UnknownAlgorithm {
         /// The name asked for.
         got: String,
@@ -37,6 +36,16 @@ pub enum PlannerError {
         /// What was needed and what was got.
         reason: String,
     },
+}
+
+/// The planners that `got` resembles, or all that there are.
+fn meant(got: &str) -> String {
+    let groups =
+        [ALGORITHMS, AHEAD_ALGORITHMS, COVER_ALGORITHMS, DRIVE_ALGORITHMS, FLY_ALGORITHMS, &[CLAIRVOYANT]];
+    match did_you_mean(got, groups.concat()).as_str() {
+        "" => format!("; need one of {}", listed()),
+        meant => meant.to_owned(),
+    }
 }
 
 impl PlannerError {

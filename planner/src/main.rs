@@ -6,7 +6,7 @@ use clap::Parser;
 
 /// Planner of a planetary hopper: decides the next hop, or stands by.
 #[derive(Parser)]
-#[command(version)]
+#[command(version, after_help = "Examples:\n  planner\n  planner --algorithm greedy --takeover")]
 struct Cli {
     #[command(flatten)]
     args: planner::shell::Args,

@@ -13,6 +13,7 @@ pub mod world;
 use std::fmt::Write as _;
 
 use contract::Role;
+use hopper::progress::Progress;
 use hopper::stdout::print;
 use hopper::tool;
 use node::{Exit, Failure, Node, ShutdownSignal};
@@ -86,8 +87,9 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     let shutdown = ShutdownSignal::new()?;
     let world = World::named(args.scenario.as_deref().unwrap_or("hard"))?;
     let victims = args.role.map_or_else(|| Role::ALL.to_vec(), |role| vec![role]);
-    let bar = indicatif::ProgressBar::new(args.faults * victims.len() as u64);
     let started = Node::now();
+    let due = args.faults.saturating_mul(victims.len() as u64);
+    let (mut done, mut progress) = (0, Progress::begin("faults", due, 0, started));
     let mut answer = Answer {
         missions: 0,
         decisions: 0,
@@ -122,14 +124,16 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
             tally.add(&flown);
             answer.missions += 1;
             answer.decisions += flown.decisions;
-            bar.inc(flown.delivered.len() as u64);
+            // The last mission of a role may have more faults than were left to be delivered.
+            done = (done + flown.delivered.len() as u64).min(due);
+            progress.show(done, Node::now());
             if let Some(broken) = flown.broken {
                 tracing::error!("seed {seed}, {}: {} {}", plan.victim, broken.promise, broken.detail);
                 answer.failures.push(Failing { plan, broken, folder: folder.keep() });
             }
         }
     }
-    bar.finish_and_clear();
+    progress.end();
     answer.wall_s = Node::now().since_ns(started) as f64 / 1e9;
     print(&match args.format {
         Format::Json => serde_json::to_string(&answer).map_err(Failure::run)? + "\n",

@@ -4,6 +4,7 @@
 //! decision takes. Samples are taken at equal numbers of decisions; the first tenth of them is compared with the rest, and
 //! the slope of the latency is given with its 95 % interval. A mission of several robots ends as it does in lockstep.
 
+use std::ffi::OsString;
 use std::fmt::Write as _;
 use std::path::PathBuf;
 use std::time::Duration;
@@ -62,7 +63,7 @@ pub struct Args {
     #[arg(long, env = "HOPPER_INSTANCE", default_value = "endure", value_name = "NAME")]
     instance: String,
     /// Folder for the journal [default: a new folder under out/].
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, value_name = "DIR", value_parser = node::output_path())]
     out: Option<PathBuf>,
     /// Format of the answer on standard output: text or json.
     #[arg(long, default_value_t)]
@@ -237,14 +238,14 @@ impl Processes {
         let _ = instance.clean()?;
         let mut node = Node::visit(&instance)?;
         let states = node.reader(RobotId(0), false)?;
-        let words = |words: &[&str]| -> Vec<String> {
-            words.iter().copied().chain(["--instance", &args.instance]).map(str::to_owned).collect()
+        let words = |words: &[&str]| -> Vec<OsString> {
+            words.iter().copied().chain(["--instance", &args.instance]).map(OsString::from).collect()
         };
         let (scenario, journal) = (output_dir.dir().join("scenario.toml"), output_dir.journal_dir());
         let mut sim = words(&["sim", "--format", "json", "--linger", "10s"]);
-        sim.extend(["--seed".into(), seed.to_string(), "--pace".into(), pace.to_string()]);
-        sim.extend(["--scenario".into(), scenario.to_string_lossy().into_owned()]);
-        sim.extend(["--journal".into(), journal.to_string_lossy().into_owned()]);
+        sim.extend(["--seed".into(), seed.to_string().into(), "--pace".into(), pace.to_string().into()]);
+        sim.extend(["--scenario".into(), scenario.into_os_string()]);
+        sim.extend(["--journal".into(), journal.into_os_string()]);
         let hopper = tool::sibling("hopper")?;
         let mut children = vec![
             Supervised::start(&hopper, Role::HopperSim, sim)?,

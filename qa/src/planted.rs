@@ -147,7 +147,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
 
 /// The root of the repository around the current folder.
 fn root() -> Result<PathBuf, Failure> {
-    let folder = std::env::current_dir()?;
+    let folder = std::env::current_dir().map_err(Failure::run)?;
     let output = output(git(&folder).args(["rev-parse", "--show-toplevel"]), "git")?;
     if !output.status.success() {
         return Err(Failure::usage(format!(
@@ -168,10 +168,10 @@ pub fn bugs(root: &Path) -> Result<Vec<Bug>, Failure> {
         .map_err(|error| Failure::usage(format!("no planted bugs in {}: {error}", folder.display())))?;
     let mut bugs = Vec::new();
     for entry in entries {
-        let path = entry?.path();
+        let path = entry.map_err(Failure::run)?.path();
         let name = path.file_stem().and_then(OsStr::to_str).map(str::to_owned);
         let Some(name) = name.filter(|_| path.extension() == Some(OsStr::new("patch"))) else { continue };
-        let text = fs::read_to_string(&path)?;
+        let text = fs::read_to_string(&path).map_err(Failure::run)?;
         let description = text.lines().next().unwrap_or_default().to_owned();
         if description.is_empty() || description.starts_with("diff ") || description.starts_with("---") {
             let message = format!("{}: the first line must say in a sentence what is wrong", path.display());
@@ -234,8 +234,8 @@ impl Scratch {
     fn prepare(root: &Path) -> Result<Self, Failure> {
         let folder = root.join("target").join("planted");
         let tree = folder.join("tree");
-        fs::create_dir_all(&tree)?;
-        let lock = File::create(folder.join("lock"))?;
+        fs::create_dir_all(&tree).map_err(Failure::run)?;
+        let lock = File::create(folder.join("lock")).map_err(Failure::run)?;
         lock.try_lock().map_err(|_| {
             Failure::new(Exit::Peer, format!("another run plants bugs in {}: wait for it", folder.display()))
         })?;
@@ -250,7 +250,7 @@ impl Scratch {
             } else if let Ok(target) = fs::read_link(root.join(name)) {
                 // A link to a folder.
                 if !tree.join(name).is_symlink() {
-                    std::os::unix::fs::symlink(target, tree.join(name))?;
+                    std::os::unix::fs::symlink(target, tree.join(name)).map_err(Failure::run)?;
                 }
                 tracked.insert(tree.join(name));
             }
@@ -341,25 +341,25 @@ fn broken(line: &str) -> Option<(u64, &str, &str)> {
 }
 
 fn copy_if_changed(from: &Path, to: &Path) -> Result<(), Failure> {
-    let bytes = fs::read(from)?;
+    let bytes = fs::read(from).map_err(Failure::run)?;
     if fs::read(to).is_ok_and(|held| held == bytes) {
         return Ok(());
     }
     if let Some(folder) = to.parent() {
-        fs::create_dir_all(folder)?;
+        fs::create_dir_all(folder).map_err(Failure::run)?;
     }
-    Ok(fs::write(to, bytes)?)
+    fs::write(to, bytes).map_err(Failure::run)
 }
 
 /// Removes every file below `folder` that is not in `kept`.
 fn remove_others(folder: &Path, kept: &BTreeSet<PathBuf>) -> Result<(), Failure> {
-    for entry in fs::read_dir(folder)? {
-        let entry = entry?;
+    for entry in fs::read_dir(folder).map_err(Failure::run)? {
+        let entry = entry.map_err(Failure::run)?;
         let path = entry.path();
-        if entry.file_type()?.is_dir() {
+        if entry.file_type().map_err(Failure::run)?.is_dir() {
             remove_others(&path, kept)?;
         } else if !kept.contains(&path) {
-            fs::remove_file(&path)?;
+            fs::remove_file(&path).map_err(Failure::run)?;
         }
     }
     Ok(())

@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 use std::ops::Range;
 use std::str::FromStr;
 
+use hopper::progress::Progress;
 use node::{Exit, Failure, Node};
 use rayon::prelude::*;
 use report::Format;
@@ -182,10 +183,11 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         args.jobs.map_or_else(|| std::thread::available_parallelism().map_or(1, usize::from), usize::from);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(jobs).build().map_err(Failure::run)?;
     let seeds = args.seeds.0.clone();
-    let bar = indicatif::ProgressBar::new(seeds.end - seeds.start);
     let started = Node::now();
-    let campaign = pool.install(|| sweep(args.missions.into(), seeds, |done| bar.set_position(done)));
-    bar.finish_and_clear();
+    let mut progress = Progress::begin("seeds", seeds.end - seeds.start, 0, started);
+    let campaign =
+        pool.install(|| sweep(args.missions.into(), seeds, |done| progress.show(done, Node::now())));
+    progress.end();
     let wall_s = Node::now().since_ns(started) as f64 / 1e9;
     let answer = Answer {
         campaign: &campaign,

@@ -25,7 +25,7 @@ pub const SEED: u64 = 1;
 #[derive(clap::Args, Clone, Debug)]
 pub struct Args {
     /// Folder for the figures; the page that shows them lies beside it, under the same name and `.md`.
-    #[arg(long, value_name = "DIR", default_value = "docs/gallery")]
+    #[arg(long, value_name = "DIR", default_value = "docs/gallery", value_parser = node::output_path())]
     out: PathBuf,
 }
 
@@ -66,6 +66,12 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
             refused => Failure::usage(refused),
         })?;
     }
+    let (folder, page) = (args.out.display(), args.out.with_extension("md"));
+    tracing::info!(
+        "wrote {} figures to {folder}, and the page that shows them to {}",
+        figures.len(),
+        page.display()
+    );
     Ok(Exit::Done)
 }
 

@@ -10,10 +10,17 @@ use node::{Exit, Failure};
 #[derive(clap::Subcommand, Clone, Debug)]
 pub enum Command {
     /// Repeat every plan of the paper, and report which of its claims hold.
+    #[command(after_help = "Examples:\n  hopper known findings\n  hopper known findings --out out/known")]
     Findings(findings::Args),
     /// Plan one experiment at one weight: policy, path, and the ground along it.
+    #[command(
+        after_help = "Examples:\n  hopper known plan hard\n  hopper known plan rocks --w1 0.7 --out out/rocks"
+    )]
     Plan(plan::Args),
     /// Search for the reading of what the paper leaves open that reproduces most of it; takes minutes.
+    #[command(
+        after_help = "Examples:\n  hopper known search\n  hopper known search --samples 100 --climbs 3 --format json"
+    )]
     Search(search::Args),
 }
 

@@ -12,6 +12,7 @@ pub mod scouting;
 pub mod studies;
 
 use clap::Subcommand;
+use hopper::progress::while_working;
 use node::{Exit, Failure};
 
 /// The commands of `hopper` that this package serves.
@@ -44,9 +45,9 @@ pub enum Command {
 pub fn run(command: &Command) -> Result<Exit, Failure> {
     match command {
         Command::Campaign(command) => campaign::run(command),
-        Command::Coverage(args) => coverage::run(args),
-        Command::Gallery(args) => gallery::run(args),
-        Command::Known(command) => known::run(command),
-        Command::Scouting(args) => scouting::run(args),
+        Command::Coverage(args) => while_working("covering ground", || coverage::run(args)),
+        Command::Gallery(args) => while_working("drawing the gallery", || gallery::run(args)),
+        Command::Known(command) => while_working("planning on known ground", || known::run(command)),
+        Command::Scouting(args) => while_working("driving and flying", || scouting::run(args)),
     }
 }

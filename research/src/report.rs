@@ -15,7 +15,7 @@ use crate::form::{Form, heading, table};
 #[derive(clap::Args, Clone, Debug)]
 pub struct Publication {
     /// Write the figures and the report in all formats into this folder.
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, value_name = "DIR", value_parser = node::output_path())]
     out: Option<PathBuf>,
     /// Format of the report.
     #[arg(long, default_value_t)]

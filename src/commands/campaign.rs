@@ -5,7 +5,6 @@
 
 pub mod fly;
 pub mod merge;
-mod progress;
 mod regret;
 pub mod report;
 pub mod rerun;
@@ -19,6 +18,7 @@ use node::{Exit, Failure};
 use scenario::description;
 use serde::Serialize;
 
+use crate::progress::while_working;
 use crate::stdout::{print, print_json};
 use crate::tool;
 
@@ -26,14 +26,23 @@ use crate::tool;
 #[derive(clap::Subcommand, Clone, Debug)]
 pub enum Command {
     /// List the built-in campaigns, a line each.
+    #[command(after_help = "Examples:\n  hopper campaign list\n  hopper campaign list --format json")]
     List(List),
     /// Fly a campaign, or a shard of one, one row a trial.
+    #[command(
+        after_help = "Examples:\n  hopper campaign run p23-tables\n  hopper campaign run my.toml --shard 2/8 --out out/my-2\n  hopper campaign run p23-tables --resume"
+    )]
     Run(run_args::Args),
     /// Merge the shards of a campaign.
+    #[command(after_help = "Examples:\n  hopper campaign merge out/my-1-of-2 out/my-2-of-2 --out out/my")]
     Merge(merge::Args),
     /// Report the results of a campaign, cell by cell.
+    #[command(
+        after_help = "Examples:\n  hopper campaign report out/p23-tables --against paper\n  hopper campaign report out/p23-tables --format csv > cells.csv"
+    )]
     Report(report::Args),
     /// Fly one trial again, with picture and journal, and check its digest.
+    #[command(after_help = "Examples:\n  hopper campaign rerun out/p23-tables --trial 17")]
     Rerun(rerun::Args),
 }
 
@@ -72,9 +81,9 @@ pub fn run(command: &Command) -> Result<Exit, Failure> {
     match command {
         Command::List(args) => list(args),
         Command::Run(args) => fly::run(args),
-        Command::Merge(args) => merge::run(args),
-        Command::Report(args) => report::run(args),
-        Command::Rerun(args) => rerun::run(args),
+        Command::Merge(args) => while_working("merging", || merge::run(args)),
+        Command::Report(args) => while_working("reading the rows", || report::run(args)),
+        Command::Rerun(args) => while_working("flying the trial again", || rerun::run(args)),
     }
 }
 

@@ -9,6 +9,7 @@ use node::{Exit, Failure};
 use report::{Format, PictureStyle};
 use serde::Serialize;
 
+use crate::files::write;
 use crate::mission::Flown;
 use crate::mission::comparison::{Difference, against_lockstep};
 use crate::stdout::{print, print_json, stream};
@@ -18,10 +19,19 @@ use crate::tool;
 #[derive(clap::Subcommand, Clone, Debug)]
 pub enum Command {
     /// Check a journal from its first byte to its last; exit code 1 if it is not sound, 2 if it is no journal.
+    #[command(
+        after_help = "Examples:\n  hopper journal verify out/hard-1\n  hopper journal verify out/hard-1 --against-lockstep"
+    )]
     Verify(VerifyArgs),
     /// Check a journal, then show its records.
+    #[command(
+        after_help = "Examples:\n  hopper journal show out/hard-1\n  hopper journal show out/hard-1 --format json > hard-1.json"
+    )]
     Show(Args),
     /// Draw the mission again, at any hop, for screen or paper.
+    #[command(
+        after_help = "Examples:\n  hopper journal draw out/hard-1 --at 20 --out start.svg\n  hopper journal draw out/hard-1 --picture paper --out hard.pdf"
+    )]
     Draw(DrawArgs),
 }
 
@@ -38,7 +48,7 @@ pub struct DrawArgs {
     #[arg(long, default_value_t, value_name = "STYLE")]
     picture: PictureStyle,
     /// File to write: SVG, or PDF if it ends in .pdf; an old one is replaced.
-    #[arg(long, value_name = "FILE", default_value = "mission.svg")]
+    #[arg(long, value_name = "FILE", default_value = "mission.svg", value_parser = node::output_file_of(&["svg", "pdf"]))]
     out: PathBuf,
 }
 
@@ -141,22 +151,13 @@ impl DrawArgs {
 }
 
 fn draw(args: &DrawArgs) -> Result<Exit, Failure> {
-    if args.out.extension().is_some_and(|extension| extension == "pdf") {
+    if args.out.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("pdf")) {
         return tool::exec("hopper-figures", std::env::args_os().skip(1));
     }
     for picture in args.pictures()? {
         write(args.out(), picture.as_bytes())?;
     }
     Ok(Exit::Done)
-}
-
-/// Writes a figure where the user asked for it.
-///
-/// # Errors
-/// If the file cannot be written.
-pub fn write(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
-    std::fs::write(path, bytes)
-        .map_err(|error| Failure::usage(format!("{} cannot be written: {error}", path.display())))
 }
 
 /// What `--against-lockstep` prints in JSON.

@@ -20,6 +20,7 @@ use crate::mission::launch::{Launch, Recording};
 use crate::mission::planner_command::PlannerCommand;
 use crate::mission::run::in_lockstep;
 use crate::mission::supervisor::{self, Flight};
+use crate::progress::while_working;
 use lockstep::PlannerSchedule;
 
 /// Pause between two looks whether the page is still served.
@@ -45,7 +46,7 @@ pub struct Args {
     instance: String,
     /// Folder for journal, summary and picture; one that holds a journal of the same mission is resumed
     /// [default: a new folder under out/].
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, value_name = "DIR", value_parser = node::output_path())]
     out: Option<PathBuf>,
     /// Run in one thread, without shared memory; the digest is the same.
     #[arg(long, conflicts_with_all = ["pace", "web", "web_exit", "open", "control"])]
@@ -83,10 +84,14 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         Some(dir) => world_of_journal(args, dir)?,
         None => (args.mission.world()?, args.mission.seed()),
     };
+    let planners = planners(args, &world)?;
+    if let Some(summary) = ended(args, &world, seed)? {
+        print_summary(&summary, args.format)?;
+        return Ok(exit(&summary, args.strict_budget, false));
+    }
     if !args.lockstep {
         check_instance(&args.instance)?;
     }
-    let planners = planners(args, &world)?;
     let (output_dir, journal) = OutputDir::open(args.out.clone(), &world, seed)?;
     // A recording that is full goes on in FILE-2, FILE-3, …: those of earlier missions are not this one's.
     let earlier: Vec<PathBuf> = recordings(args, 1).collect();
@@ -145,6 +150,24 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     Ok(exit(&summary, args.strict_budget, interrupted))
 }
 
+/// The summary of the mission if the output folder holds it from its start to its end: then nothing is left to fly.
+///
+/// # Errors
+/// Exit code 2 if something is to be done with a mission that flies.
+fn ended(args: &Args, world: &ResolvedScenario, seed: u64) -> Result<Option<Summary>, Failure> {
+    let Some(dir) = args.out.as_deref().filter(|_| args.planners_from.is_none()) else { return Ok(None) };
+    let Some(summary) = OutputDir::ended(dir, world, seed) else { return Ok(None) };
+    let shown = dir.display();
+    if let Some(file) = &args.record.record {
+        return Err(Failure::usage(format!(
+            "--record {} needs a mission that flies, got --out {shown}, which has already ended: name another folder",
+            file.display()
+        )));
+    }
+    tracing::info!("{shown} has already ended, nothing flown; `hopper view {shown}` shows it");
+    Ok(Some(summary))
+}
+
 /// Waits for Ctrl-C, or for the end of the monitor that serves its page on.
 fn serve_on(mut page: Supervised, shutdown: &ShutdownSignal) -> Result<(), Failure> {
     while shutdown.stop_reason().is_none() && page.ended()?.is_none() {
@@ -163,7 +186,9 @@ fn fly(
     journal: Journal,
 ) -> Result<Flight, Failure> {
     if args.lockstep {
-        let summary = in_lockstep(world, seed, &schedule(args, planners)?, output_dir, journal)?;
+        let schedule = schedule(args, planners)?;
+        let summary =
+            while_working("flying in lockstep", || in_lockstep(world, seed, &schedule, output_dir, journal))?;
         check_repetition(args, summary.digest)?;
         return Ok(Flight { summary: Some(summary), verdict: Ok(false), watched: true, page: None });
     }

@@ -1,7 +1,7 @@
 //! `hopper scenario`: lists the built-in scenarios, checks one, prints the JSON Schema of scenarios.
 
 use std::io::Write as _;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use ::scenario::{BUILT_IN, Overrides, Scenario, ScenarioCheck, description, fitted_with, load};
 use contract::Profile;
@@ -16,13 +16,19 @@ use crate::stdout::{print, print_json};
 #[derive(clap::Subcommand, Clone, Debug)]
 pub enum Command {
     /// List the built-in scenarios, a line each.
+    #[command(after_help = "Examples:\n  hopper scenario list")]
     List(List),
     /// Write a scenario that fits an elevation model: start and goal on ground that hops connect, a hop that spans whole
     /// cells.
+    #[command(after_help = "Examples:\n  hopper scenario new --dem dem.tif --out my.toml")]
     New(New),
     /// Resolve a scenario and summarise what the robot receives, with warnings; exit code 2 if it cannot be flown.
+    #[command(
+        after_help = "Examples:\n  hopper scenario check my.toml\n  hopper scenario check --dem dem.tif"
+    )]
     Check(Args),
     /// Print the JSON Schema of scenarios.
+    #[command(after_help = "Examples:\n  hopper scenario schema > scenario.schema.json")]
     Schema,
 }
 
@@ -43,7 +49,7 @@ pub struct New {
     #[command(flatten)]
     elevation: ElevationArgs,
     /// File to write; one that exists is not replaced [default: standard output].
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", value_parser = node::output_path())]
     out: Option<PathBuf>,
 }
 
@@ -53,7 +59,7 @@ pub struct Args {
     /// A TOML file, or the name of a built-in scenario: see `hopper scenario list`. With --dem alone, the scenario
     /// that `hopper run --dem` fits to the model.
     #[arg(value_name = "NAME|FILE", required_unless_present = "dem")]
-    scenario: Option<String>,
+    scenario: Option<PathBuf>,
     /// Profile of the model instead of the scenario's: paper-2023 or hopper.
     #[arg(long, value_name = "NAME")]
     profile: Option<Profile>,
@@ -90,7 +96,7 @@ pub fn run(command: &Command) -> Result<Exit, Failure> {
             };
             let scenario = match (&args.scenario, &dem) {
                 (None, Some(dem)) => fitted_with(dem, nodata).map(|fitted| fitted.scenario),
-                (scenario, _) => load(scenario.as_deref().unwrap_or_default()),
+                (scenario, _) => load(scenario.as_deref().unwrap_or(Path::new(""))),
             };
             let world =
                 scenario.and_then(|scenario| scenario.with(&overrides).resolve()).map_err(Failure::usage)?;
@@ -112,16 +118,18 @@ fn new(args: &New) -> Result<(), Failure> {
     let dem = args.elevation.model(&args.dem)?;
     let fitted = fitted_with(&dem, args.elevation.nodata()).map_err(Failure::usage)?;
     let chosen = fitted.to_string();
+    let folder = args.out.as_deref().and_then(Path::parent).filter(|folder| !folder.as_os_str().is_empty());
+    let text = fitted.text_in(folder.unwrap_or(Path::new(".")));
+    // What is written can be flown.
     let world = fitted.scenario.resolve().map_err(Failure::usage)?;
     for warning in world.warnings.iter().filter(|warning| warning.is_of_ground()) {
         tracing::warn!("{warning}");
     }
-    let Some(path) = &args.out else { return print(&world.resolved) };
-    let written =
-        std::fs::File::create_new(path).and_then(|mut file| file.write_all(world.resolved.as_bytes()));
+    let Some(path) = &args.out else { return print(&text) };
+    let written = std::fs::File::create_new(path).and_then(|mut file| file.write_all(text.as_bytes()));
     written
         .map_err(|error| Failure::usage(format!("--out {} cannot be written: {error}", path.display())))?;
-    tracing::info!("{chosen}; fly it with `hopper run --scenario {}`", path.display());
+    tracing::info!("wrote {0}: {chosen}; fly it with `hopper run --scenario {0}`", path.display());
     Ok(())
 }
 

@@ -13,6 +13,9 @@ use crate::stdout::{print, print_json};
 #[derive(clap::Subcommand, Clone, Debug)]
 pub enum Command {
     /// Print size, resolution, coordinate system, elevations, slopes, gaps, and what Hopper does with each.
+    #[command(
+        after_help = "Examples:\n  hopper terrain check dem.tif\n  hopper terrain check dem.tif --crop 100,100,256,256 --slope-limit 25"
+    )]
     Check(Args),
 }
 

@@ -6,6 +6,7 @@ use std::str::FromStr;
 use std::time::Duration;
 
 use contract::message::Visitor;
+use contract::spelling::did_you_mean;
 use contract::{
     Brief, Heartbeat, Message, MonotonicNs, Payload, PeerTable, Refusal, Request, RobotId, Role, State,
     Truth, TruthGathering, TruthRequest,
@@ -17,14 +18,23 @@ use report::{Format, table};
 use serde::Serialize;
 use serde_json::{Map, Value, json};
 
+use crate::stdout::unwritten;
+
 /// Looks at the messages of a running instance.
 #[derive(clap::Subcommand, Clone, Debug)]
 pub enum Command {
     /// List the services with their types and qualities.
+    #[command(
+        after_help = "Examples:\n  hopper topic list\n  hopper topic list --instance mine --format json"
+    )]
     List(Target),
     /// Print messages as they come: one line a message, or on a terminal one line a field.
+    #[command(
+        after_help = "Examples:\n  hopper topic echo state\n  hopper topic echo hop/r1/command --field decision --field action --count 10"
+    )]
     Echo(Echo),
     /// Measure how often messages come, one line a second.
+    #[command(after_help = "Examples:\n  hopper topic hz heartbeat\n  hopper topic hz map --count 5")]
     Hz(Hz),
 }
 
@@ -121,11 +131,16 @@ impl FromStr for Topic {
         };
         let topics = topics(RobotId(robot));
         let names = topics.iter().map(|(short, _)| *short).collect::<Vec<_>>().join(", ");
+        let known = topics.clone();
         topics
             .into_iter()
             .find(|(short, topic)| *short == text || topic.service == text)
             .map(|(_, topic)| topic)
-            .ok_or_else(|| format!("a topic is one of {names}, got {text:?}"))
+            .ok_or_else(|| {
+                let known = known.iter().flat_map(|(short, topic)| [*short, topic.service.as_str()]);
+                let meant = did_you_mean(text, known);
+                format!("a topic is one of {names}, got {text:?}{meant}")
+            })
     }
 }
 
@@ -165,7 +180,7 @@ fn line(text: &str) -> Result<(), End> {
     let mut out = io::stdout().lock();
     match writeln!(out, "{text}").and_then(|()| out.flush()) {
         Err(error) if error.kind() == ErrorKind::BrokenPipe => Err(End::ReaderGone),
-        result => Ok(result?),
+        result => result.map_err(|error| End::Failed(unwritten(&error))),
     }
 }
 

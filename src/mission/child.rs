@@ -1,6 +1,7 @@
 //! A supervised child process: its start, its restarts, and its end.
 
 use std::collections::VecDeque;
+use std::ffi::OsString;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdin, ChildStdout, Command, ExitStatus, Stdio};
@@ -66,7 +67,7 @@ pub struct Supervised {
     recent_restarts: Restarts,
     former_pids: Vec<u32>,
     program: PathBuf,
-    arguments: Vec<String>,
+    arguments: Vec<OsString>,
     own: Option<OwnProgram>,
     child: Child,
     lifeline: Option<ChildStdin>,
@@ -79,7 +80,11 @@ impl Supervised {
     ///
     /// # Errors
     /// If the process cannot be started.
-    pub fn start(program: &Path, role: Role, arguments: Vec<String>) -> Result<Self, Failure> {
+    pub fn start(
+        program: &Path,
+        role: Role,
+        arguments: impl IntoIterator<Item: Into<OsString>>,
+    ) -> Result<Self, Failure> {
         Self::start_with(program, role, arguments, &|_| {})
     }
 
@@ -90,9 +95,10 @@ impl Supervised {
     pub fn start_with(
         program: &Path,
         role: Role,
-        arguments: Vec<String>,
+        arguments: impl IntoIterator<Item: Into<OsString>>,
         configure: Configure<'_>,
     ) -> Result<Self, Failure> {
+        let arguments = arguments.into_iter().map(Into::into).collect();
         Self::spawned(program, role, arguments, None, configure)
     }
 
@@ -104,9 +110,10 @@ impl Supervised {
     /// If the process cannot be started.
     pub fn start_own(
         program: &Path,
-        arguments: Vec<String>,
+        arguments: impl IntoIterator<Item: Into<OsString>>,
         environment: Vec<(&'static str, String)>,
     ) -> Result<Self, Failure> {
+        let arguments = arguments.into_iter().map(Into::into).collect();
         let own = OwnProgram { environment, joined: None };
         Self::spawned(program, Role::Planner, arguments, Some(own), &|_| {})
     }
@@ -114,7 +121,7 @@ impl Supervised {
     fn spawned(
         program: &Path,
         role: Role,
-        arguments: Vec<String>,
+        arguments: Vec<OsString>,
         own: Option<OwnProgram>,
         configure: Configure<'_>,
     ) -> Result<Self, Failure> {
@@ -149,7 +156,7 @@ impl Supervised {
     ///
     /// # Errors
     /// If the process cannot be started.
-    pub fn restart_told(&mut self, more: &[String]) -> Result<(), Failure> {
+    pub fn restart_told(&mut self, more: &[OsString]) -> Result<(), Failure> {
         self.restart_as(more, &|_| {})
     }
 
@@ -166,7 +173,7 @@ impl Supervised {
         self.restart_as(&[], configure)
     }
 
-    fn restart_as(&mut self, more: &[String], configure: Configure<'_>) -> Result<(), Failure> {
+    fn restart_as(&mut self, more: &[OsString], configure: Configure<'_>) -> Result<(), Failure> {
         let mut arguments = [&self.arguments, more].concat();
         let predecessor = self.beating_pid();
         self.former_pids.extend([self.pid(), predecessor]);
@@ -175,7 +182,7 @@ impl Supervised {
             own.environment.retain(|(name, _)| *name != "HOPPER_SUCCEEDS_PID");
             own.environment.push(("HOPPER_SUCCEEDS_PID", predecessor.to_string()));
         } else if self.role == Role::Planner {
-            arguments.extend(["--succeeds-pid".to_owned(), predecessor.to_string()]);
+            arguments.extend(["--succeeds-pid".into(), predecessor.to_string().into()]);
         }
         (self.child, self.lifeline, self.output) =
             spawn(&self.program, self.role, &arguments, self.own.as_ref(), configure)?;
@@ -288,7 +295,7 @@ struct Output {
 fn spawn(
     program: &Path,
     role: Role,
-    arguments: &[String],
+    arguments: &[OsString],
     own: Option<&OwnProgram>,
     configure: Configure<'_>,
 ) -> Result<Spawned, Failure> {
@@ -376,7 +383,7 @@ mod tests {
     /// P-SPAWN: a process.
     #[test]
     fn a_program_that_cannot_be_started_is_an_error_with_its_role() {
-        let error = Supervised::start(Path::new("/no/such/program"), Role::Planner, Vec::new()).unwrap_err();
+        let error = Supervised::start(Path::new("/no/such/program"), Role::Planner, [""; 0]).unwrap_err();
         assert!(error.message.starts_with("planner cannot be started: "), "{error}");
     }
 }

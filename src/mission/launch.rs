@@ -1,5 +1,6 @@
 //! What the processes of a mission are started with, and what the log calls them.
 
+use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -44,25 +45,22 @@ pub struct Recording {
 }
 
 impl Launch {
-    pub(super) fn words(&self, words: &[&str]) -> Vec<String> {
-        let instance = format!("--instance={}", self.instance);
-        words.iter().map(|word| (*word).to_owned()).chain([instance]).collect()
+    pub(super) fn words(&self, words: &[&str]) -> Vec<OsString> {
+        let instance = flag("--instance", &self.instance);
+        words.iter().map(OsString::from).chain([instance]).collect()
     }
 
-    pub(super) fn sim(&self, output_dir: &OutputDir) -> Vec<String> {
+    pub(super) fn sim(&self, output_dir: &OutputDir) -> Vec<OsString> {
         let mut words = self.words(&["sim", "--format", "json"]);
-        for (flag, value) in [
-            ("--seed", self.seed.to_string()),
-            ("--pace", self.pace.to_string()),
-            ("--scenario", text(&output_dir.scenario())),
-            ("--journal", text(&output_dir.journal_dir())),
-            ("--resume-run", output_dir.run().to_string()),
-            ("--patience", format!("{}ns", self.patience.as_nanos())),
-        ] {
-            // In one word: a path may begin with a hyphen.
-            words.push(format!("{flag}={value}"));
-        }
-        words.extend(self.view.control.then(|| "--control".to_owned()));
+        words.extend([
+            flag("--seed", self.seed.to_string()),
+            flag("--pace", self.pace.to_string()),
+            flag("--scenario", output_dir.scenario()),
+            flag("--journal", output_dir.journal_dir()),
+            flag("--resume-run", output_dir.run().to_string()),
+            flag("--patience", format!("{}ns", self.patience.as_nanos())),
+        ]);
+        words.extend(self.view.control.then(|| "--control".into()));
         words
     }
 
@@ -77,7 +75,7 @@ impl Launch {
         let mut child = match &self.planner_command {
             Some(command) => {
                 let environment = vec![("HOPPER_INSTANCE", self.instance.clone()), ("HOPPER_ROBOT", number)];
-                Supervised::start_own(command.program(), command.arguments().to_vec(), environment)?
+                Supervised::start_own(command.program(), command.arguments(), environment)?
             }
             None => {
                 let words = ["planner", "--algorithm", algorithm.as_str(), "--robot", &number];
@@ -122,31 +120,34 @@ impl Launch {
         !self.view.control && self.pace == Pace::Max
     }
 
-    pub(super) fn monitor(&self, output_dir: &OutputDir) -> Vec<String> {
+    pub(super) fn monitor(&self, output_dir: &OutputDir) -> Vec<OsString> {
         let mut words = self.words(&["monitor"]);
         let ViewArgs { web, ref web_host, web_exit, open, control } = self.view;
-        words.extend(web.into_iter().flat_map(|address| ["--web".to_owned(), address.to_string()]));
-        words.extend(web_host.iter().flat_map(|name| ["--web-host".to_owned(), name.clone()]));
+        words.extend(web.into_iter().flat_map(|address| ["--web".into(), address.to_string().into()]));
+        words.extend(web_host.iter().flat_map(|name| ["--web-host".into(), name.into()]));
         // Without a page, orders come from monitors started by hand.
-        for (flag, is_set) in [("--control", control), ("--web-exit", web_exit), ("--open", open)] {
-            words.extend((is_set && web.is_some()).then(|| flag.to_owned()));
+        for (name, is_set) in [("--control", control), ("--web-exit", web_exit), ("--open", open)] {
+            words.extend((is_set && web.is_some()).then(|| name.into()));
         }
         let Some(recording) = &self.recording else { return words };
-        words.push(format!("--record={}", text(&recording.file)));
-        words.push(format!("--record-scenario={}", text(&output_dir.scenario())));
+        words.push(flag("--record", &recording.file));
+        words.push(flag("--record-scenario", output_dir.scenario()));
         for (key, value) in [
             ("seed", self.seed.to_string()),
             ("pace", self.pace.to_string()),
             ("commit", crate::COMMIT.to_owned()),
         ] {
-            words.extend(["--record-note".into(), format!("{key}={value}")]);
+            words.extend(["--record-note".into(), format!("{key}={value}").into()]);
         }
-        words.extend(recording.with_policies.then(|| "--record-policies".to_owned()));
+        words.extend(recording.with_policies.then(|| "--record-policies".into()));
         words
     }
 }
 
-/// `path` as an argument.
-fn text(path: &Path) -> String {
-    path.to_string_lossy().into_owned()
+/// A flag and its value in one word: a path may begin with a hyphen, and need not be UTF-8.
+fn flag(name: &str, value: impl AsRef<OsStr>) -> OsString {
+    let mut word = OsString::from(name);
+    word.push("=");
+    word.push(value);
+    word
 }

@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 use contract::{RefusalCounts, RunId};
 use hopper_sim::private_file::{self, FileError};
 use hopper_sim::shell::open_journal;
-use hopper_sim::{Journal, JournalReader};
+use hopper_sim::{Journal, JournalHeader, JournalReader};
 use node::{Exit, Failure};
 use report::{Picture, PictureStyle, Summary, SummaryBuilder};
 use scenario::ResolvedScenario;
@@ -109,6 +109,26 @@ impl OutputDir {
         Ok((Self { dir, run: journal.header().run(), began, made: made.to_vec(), lock }, journal))
     }
 
+    /// The summary of the mission of `world` and `seed` that `dir` holds, if it has ended and all its files are there. Nothing
+    /// in the folder is changed.
+    #[must_use]
+    pub fn ended(dir: &Path, world: &ResolvedScenario, seed: u64) -> Option<Summary> {
+        let journal_dir = dir.join("journal");
+        if !Journal::exists(&journal_dir) || !FILES.iter().all(|name| dir.join(name).is_file()) {
+            return None;
+        }
+        let journal = JournalReader::open(&journal_dir).ok()?;
+        JournalHeader::new(world, seed).check(journal.header()).ok()?;
+        let text = std::fs::read_to_string(dir.join("summary.json")).ok()?;
+        let summary: Summary = serde_json::from_str(&text).ok()?;
+        let flown = hopper_sim::verify(&journal_dir).ok()?;
+        let is_of_journal = flown.is_sound()
+            && flown.outcome.is_over()
+            && summary.outcome == flown.outcome
+            && (summary.decisions, summary.digest) == (flown.decisions, flown.digest);
+        is_of_journal.then_some(summary)
+    }
+
     /// Removes the journal if this began it and nothing was flown, and the folder if this made it: a mission that was refused
     /// keeps it for no other.
     pub fn withdraw(&self) {
@@ -141,7 +161,7 @@ impl OutputDir {
             processor: node::host::processor(),
             cores: std::thread::available_parallelism().map_or(1, usize::from),
             operating_system: node::host::operating_system(),
-            command: std::env::args().collect(),
+            command: std::env::args_os().map(|word| word.to_string_lossy().into_owned()).collect(),
             scenario_hash: world.hash.iter().map(|byte| format!("{byte:02x}")).collect(),
             seed,
         };

@@ -1,5 +1,6 @@
 //! Supervises the four processes of a mission: starts them, restarts those that die or hang, ends them.
 
+use std::ffi::OsString;
 use std::process::ExitStatus;
 use std::time::Duration;
 
@@ -272,7 +273,7 @@ impl Supervisor {
             return Err(Failure::new(Exit::Failed, format!("hopper-sim {}", died_too_often(status))));
         }
         tracing::warn!("hopper-sim died ({status}): restarting it on its journal");
-        self.sim.restart_told(&["--published".into(), self.published.to_string()])
+        self.sim.restart_told(&["--published".into(), self.published.to_string().into()])
     }
 
     /// Stops the mission if a program of the user's ends before it has joined, never joins, or joins and never commands:

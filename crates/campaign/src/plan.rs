@@ -100,7 +100,7 @@ impl Campaign {
             let mut scenario = if BUILT_IN.iter().any(|(name, _)| name == selector) {
                 scenario::load(selector)
             } else {
-                scenario::load(&folder.join(selector).to_string_lossy())
+                scenario::load(folder.join(selector))
             }
             .map_err(failed)?;
             // Errors name it as the campaign does.

@@ -6,6 +6,7 @@ use std::str::FromStr;
 use serde::{Deserialize, Serialize};
 
 use crate::Name;
+use crate::spelling::did_you_mean;
 
 /// A random 128-bit nonce drawn once per run; it stays the same when hopper-sim resumes a journal.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
@@ -149,10 +150,10 @@ impl FromStr for Role {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        Self::ALL
-            .into_iter()
-            .find(|role| role.as_str() == text)
-            .ok_or_else(|| format!("a role is one of hopper-sim, perception, planner, monitor; got {text:?}"))
+        Self::ALL.into_iter().find(|role| role.as_str() == text).ok_or_else(|| {
+            let meant = did_you_mean(text, Self::ALL.map(Role::as_str));
+            format!("a role is one of hopper-sim, perception, planner, monitor; got {text:?}{meant}")
+        })
     }
 }
 

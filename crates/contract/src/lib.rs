@@ -37,6 +37,7 @@ pub mod origin;
 pub mod outcome;
 pub mod protocol;
 pub mod robot_set;
+pub mod spelling;
 pub mod timing;
 pub mod treasure;
 pub mod wire;

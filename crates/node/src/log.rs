@@ -9,6 +9,8 @@ use tracing_subscriber::fmt::time::{FormatTime, SystemTime};
 use tracing_subscriber::layer::SubscriberExt as _;
 use tracing_subscriber::util::SubscriberInitExt as _;
 
+use crate::terminal::stderr_has_colours;
+
 /// The filter for the middleware's own lines, which are for its developers.
 const MIDDLEWARE: &str = "iceoryx2_bb_loggers=error";
 
@@ -31,7 +33,7 @@ pub fn log_to_stderr(role: &str, verbosity: u8) {
         .compact()
         .with_max_level(LevelFilter::TRACE)
         .with_writer(writer)
-        .with_ansi(std::io::stderr().is_terminal())
+        .with_ansi(stderr_has_colours())
         .with_target(false)
         // A line that cannot be written is lost; reporting that would end the process.
         .log_internal_errors(false)

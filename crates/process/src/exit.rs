@@ -48,7 +48,7 @@ impl Failure {
     /// A failure with an exit code of its own.
     #[must_use]
     pub fn new(exit: Exit, message: impl Into<String>) -> Self {
-        Self { exit, message: message.into() }
+        Self { exit, message: in_words(message.into()) }
     }
 
     /// A failure of the work itself: exit code 1.
@@ -67,5 +67,40 @@ impl Failure {
 impl From<std::io::Error> for Failure {
     fn from(error: std::io::Error) -> Self {
         Self::run(error)
+    }
+}
+
+/// `message` without the numbers that Rust puts behind the words of the operating system: ` (os error 2)`.
+fn in_words(mut message: String) -> String {
+    const MARK: &str = " (os error ";
+    let mut from = 0;
+    while let Some(at) = message[from..].find(MARK).map(|at| from + at) {
+        let number = &message[at + MARK.len()..];
+        match number.find(|letter: char| !letter.is_ascii_digit()) {
+            Some(digits) if digits > 0 && number[digits..].starts_with(')') => {
+                message.replace_range(at..at + MARK.len() + digits + 1, "");
+                from = at;
+            }
+            _ => from = at + MARK.len(),
+        }
+    }
+    message
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_failure_has_the_words_of_the_operating_system_without_its_number() {
+        let error = std::io::Error::from_raw_os_error(2);
+        let said = |text: String| Failure::run(text).message;
+        assert_eq!(
+            said(format!("a: {error}; b: {error}")),
+            "a: No such file or directory; b: No such file or directory"
+        );
+        for kept in ["", "a (os error )", "a (os error 2", "a (os error x)", "ä (os error 2) (os error "] {
+            assert_eq!(said(kept.replace(" (os error 2)", "")), kept.replace(" (os error 2)", ""));
+        }
     }
 }

@@ -3,6 +3,8 @@
 use std::fmt;
 use std::str::FromStr;
 
+use contract::spelling::did_you_mean;
+
 /// Whether a command prints text for people or JSON for programs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum Format {
@@ -29,7 +31,10 @@ impl FromStr for Format {
         match text {
             "text" => Ok(Format::Text),
             "json" => Ok(Format::Json),
-            _ => Err(format!("a format is text or json, got {text:?}")),
+            _ => {
+                let meant = did_you_mean(text, ["text", "json"]);
+                Err(format!("a format is text or json, got {text:?}{meant}"))
+            }
         }
     }
 }

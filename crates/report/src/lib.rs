@@ -35,7 +35,7 @@ pub use latency::{Latency, LatencyReport, PerStep, Percentiles};
 pub use phrases::TeamEffort;
 pub use picture::{Layer, Picture, PictureGrid, PictureStyle, TitledPicture};
 pub use robot_summary::{RobotKind, RobotSummary};
-pub use summary::{Process, Summary, SummaryBuilder};
+pub use summary::{Process, Summary, SummaryBuilder, path_as_text};
 pub use table::table;
 pub use tally::{Executed, Leadership, Route, Tally};
 pub use timing_csv::{timing_csv_heading, timing_csv_row};

@@ -2,12 +2,12 @@
 
 use std::collections::BTreeMap;
 use std::fmt;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use contract::{
     Brief, Cell, Digest, Name, Profile, Record, RefusalCounts, RobotId, Role, State, Status, Team,
 };
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Serialize, Serializer};
 
 use crate::phrases::{EndSentence, TeamEffort, counted, planners_in_order, planners_of_team};
 use crate::{
@@ -60,6 +60,7 @@ pub struct Summary {
     /// The processes; empty in lockstep or if the caller does not know them.
     pub processes: Vec<Process>,
     /// Files that were written: name to path.
+    #[serde(serialize_with = "paths_as_text")]
     pub artifacts: BTreeMap<String, PathBuf>,
 
     /// Number of decisions executed: hops and holds.
@@ -99,6 +100,19 @@ pub struct Summary {
     pub refusals: RefusalCounts,
     /// Time from first landing to last commit, seconds; without what lies between two boots.
     pub duration_s: f64,
+}
+
+/// A path as JSON has it: what is not UTF-8 in it is replaced.
+///
+/// # Errors
+/// None of its own.
+pub fn path_as_text<S: Serializer>(path: &Path, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_str(&path.to_string_lossy())
+}
+
+/// Paths as JSON has them.
+fn paths_as_text<S: Serializer>(paths: &BTreeMap<String, PathBuf>, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_map(paths.iter().map(|(name, path)| (name, path.to_string_lossy())))
 }
 
 /// Folds records into a [`Summary`] in constant memory.

@@ -28,17 +28,23 @@ pub const BUILT_IN: [(&str, &str); 15] = [
 ///
 /// # Errors
 /// If it is neither, cannot be read, or is not a scenario.
-pub fn load(selector: &str) -> Result<Scenario, ScenarioError> {
-    if let Some((name, text)) = BUILT_IN.into_iter().find(|(name, _)| *name == selector) {
+pub fn load(selector: impl AsRef<Path>) -> Result<Scenario, ScenarioError> {
+    let path = selector.as_ref();
+    if let Some((name, text)) = BUILT_IN.into_iter().find(|(name, _)| path.as_os_str() == *name) {
         return Scenario::parse(text, &format!("built-in scenario {name}"));
     }
-    let path = Path::new(selector);
     if !path.exists() {
-        let built_in = BUILT_IN.map(|(name, _)| name).join(", ");
-        return Err(ScenarioError::Unknown { built_in, got: selector.into() });
+        let built_in = BUILT_IN.map(|(name, _)| name);
+        let meant = text::meant(path, &built_in);
+        let got = path.display().to_string();
+        return Err(match text::is_file_name(path) {
+            true => ScenarioError::NoFile { got, meant },
+            false if meant.is_empty() => ScenarioError::Unknown { built_in: built_in.join(", "), got },
+            false => ScenarioError::Mistyped { got, meant },
+        });
     }
     let text = text::read(path, TEXT_BYTES_MAX)?;
-    let mut scenario = Scenario::parse(&text, selector)?;
+    let mut scenario = Scenario::parse(&text, &path.display().to_string())?;
     scenario.file = Some(path.into());
     scenario.folder = path.parent().map(Path::to_path_buf).unwrap_or_default();
     if scenario.brief.name.is_none() {

@@ -25,6 +25,35 @@ pub enum ScenarioError {
         /// The selector as given on the command line or in a campaign.
         got: String,
     },
+    /// The selector is none, and resembles a built-in scenario or a file.
+    #[error("no scenario is called {got:?}{meant}")]
+    Mistyped {
+        /// The selector as given on the command line or in a campaign.
+        got: String,
+        /// What it resembles, as the end of a sentence.
+        meant: String,
+    },
+    /// The selector names a file that does not exist.
+    #[error(
+        "{got}: need a scenario file, found none{meant}; `hopper scenario list` has those that are built in"
+    )]
+    NoFile {
+        /// The path as given.
+        got: String,
+        /// What it resembles, as the end of a sentence.
+        meant: String,
+    },
+    /// A folder was given where a file is needed.
+    #[error("{}: need a file, got a folder; {}", path.display(), match files.as_str() {
+        "" => "name the file in it".to_owned(),
+        files => format!("name a file in it, such as {files}"),
+    })]
+    Folder {
+        /// The folder.
+        path: PathBuf,
+        /// TOML files in it, separated by commas.
+        files: String,
+    },
     /// The file exists but cannot be read, or is not UTF-8.
     #[error("{}: cannot be read: {source}", path.display())]
     Read {

@@ -6,7 +6,7 @@
 use std::collections::VecDeque;
 use std::fmt;
 use std::io::{BufRead, Cursor, Seek};
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
 
 use contract::limits::GRID_SIDE_MAX;
@@ -14,6 +14,8 @@ use contract::name::Name;
 use contract::{Cell, Direction, Grid};
 use terrain::{RasterFile, Relief, Sand, Terrain, Window, fitting_hop_m, hop_cells};
 
+use crate::body::Body;
+use crate::resolve::not_utf_8;
 use crate::{Robot, Scenario, ScenarioError};
 
 /// Most hops along a side of the part that is flown: room for a way around, and a mission of a minute.
@@ -40,6 +42,17 @@ const SEEN_HOPS: f64 = 6.0;
 pub struct Fitted {
     /// The scenario; it names the model by its absolute path.
     pub scenario: Scenario,
+    choice: Choice,
+}
+
+/// What was chosen to fit the model.
+#[derive(Clone, Debug, PartialEq)]
+struct Choice {
+    /// The model, by its absolute path.
+    path: PathBuf,
+    /// Values that are nodata, if the user has settled them.
+    nodata: Option<Vec<f64>>,
+    body: Option<Body>,
     window: Window,
     source_cells: (u32, u32),
     hop_distance_m: f64,
@@ -50,7 +63,8 @@ pub struct Fitted {
 
 impl fmt::Display for Fitted {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { window, source_cells: (width, height), hop_distance_m, start, goal, hops_min, .. } = self;
+        let Choice { window, source_cells: (width, height), hop_distance_m, start, goal, hops_min, .. } =
+            &self.choice;
         if (window.width, window.height) == (*width, *height) {
             write!(f, "all {width} x {height} cells")?;
         } else {
@@ -78,6 +92,9 @@ pub fn fitted_with(dem: &Path, nodata: Option<&[f64]>) -> Result<Fitted, Scenari
         field: "--dem",
         path: std::path::absolute(dem).unwrap_or_else(|_| dem.into()),
     })?;
+    if path.to_str().is_none() {
+        return Err(not_utf_8("--dem", &path));
+    }
     let raster = RasterFile::open(&path)?;
     of_raster(raster, path, nodata)
 }
@@ -102,7 +119,9 @@ fn of_raster<R: BufRead + Seek>(
     let raster = raster.with_nodata(nodata.map(<[f64]>::to_vec));
     let source_cells = (raster.header().width, raster.header().height);
     let of_file = |error: terrain::TerrainError| error.of(&path);
-    let cell_size_m = raster.georeference().map_err(of_file)?.cell_size_m;
+    let georeference = raster.georeference().map_err(of_file)?;
+    let cell_size_m = georeference.cell_size_m;
+    let body = Body::of_coordinate_system(&georeference.coordinate_system);
     let hop_distance_m = fitting_hop_m(Robot::default().hop_distance_m, cell_size_m);
     let hop_distance_m =
         hop_distance_m.min(fitting_hop_m(f64::from(HOP_CELLS_MAX) * cell_size_m, cell_size_m));
@@ -118,39 +137,100 @@ fn of_raster<R: BufRead + Seek>(
         return Err(ScenarioError::NoWay { path, passable, width: window.width, height: window.height });
     };
     let hops_min = terrain.hops_between(start, goal).unwrap_or_default();
-    let text = text(&path, window, (start, goal), hop_distance_m, hops_min);
-    let mut scenario = Scenario::parse(&text, &path.display().to_string())?;
-    scenario.nodata = nodata.map(<[f64]>::to_vec);
-    Ok(Fitted { scenario, window, source_cells, hop_distance_m, start, goal, hops_min })
+    let nodata = nodata.map(<[f64]>::to_vec);
+    let choice = Choice { path, nodata, body, window, source_cells, hop_distance_m, start, goal, hops_min };
+    let scenario = Scenario::parse(&choice.text(&choice.path), &choice.path.display().to_string())?;
+    Ok(Fitted { scenario, choice })
 }
 
-fn text(path: &Path, window: Window, way: (Cell, Cell), hop_distance_m: f64, hops_min: u32) -> String {
-    let Window { x, y, width, height } = window;
-    let (start, goal) = way;
-    let file = toml::Value::String(path.to_string_lossy().into_owned());
-    let far_m = 2.0 * SEEN_HOPS * hop_distance_m;
-    let steps_max = STEPS_MIN.max(STEPS_PER_HOP * u64::from(hops_min));
-    format!(
-        "[truth.terrain.elevation_file]\n\
-         file = {file}\n\
-         crop_cells = {{ x = {x}, y = {y}, width = {width}, height = {height} }}\n\
-         [brief]\n\
-         name = \"{}\"\n\
-         profile = \"hopper\"\n\
-         start = [{}, {}]\n\
-         goal = [{}, {}]\n\
-         datum_m = \"survey\"\n\
-         [robot]\n\
-         hop_distance_m = {hop_distance_m:?}\n\
-         sensor = {{ gain = 0.5, offset_m = {far_m:?}, radius_max_m = {far_m:?} }}\n\
-         [limits]\n\
-         steps_max = {steps_max}\n",
-        name(path),
-        start.x,
-        start.y,
-        goal.x,
-        goal.y
-    )
+impl Fitted {
+    /// The scenario as a person may go on with it, with comments. It names the model by its path from `folder`, that of
+    /// the scenario file.
+    #[must_use]
+    pub fn text_in(&self, folder: &Path) -> String {
+        let path = &self.choice.path;
+        let folder = std::path::absolute(folder).and_then(|folder| folder.canonicalize()).ok();
+        let file = folder.and_then(|folder| relative(path, &folder));
+        self.choice.text(&file.unwrap_or_else(|| path.clone()))
+    }
+}
+
+impl Choice {
+    /// The scenario, which names the model by the path `file`.
+    fn text(&self, file: &Path) -> String {
+        let Self { path, nodata, body, hop_distance_m, start, goal, hops_min, .. } = self;
+        let Window { x, y, width, height } = self.window;
+        let (columns, rows) = self.source_cells;
+        let file = toml::Value::String(file.to_string_lossy().into_owned());
+        let far_m = 2.0 * SEEN_HOPS * hop_distance_m;
+        let steps_max = STEPS_MIN.max(STEPS_PER_HOP * u64::from(*hops_min));
+        let nodata = nodata.as_ref().map_or_else(String::new, |values| {
+            let values = toml::Value::Array(values.iter().map(|value| toml::Value::Float(*value)).collect());
+            format!("# Values that are nodata, beside the one that the model declares.\nnodata = {values}\n")
+        });
+        let gravity = match body {
+            Some(body) => format!(
+                "# Surface gravity of {}, m/s2.\ngravity_mps2 = {:?}\n",
+                body.name(),
+                body.gravity_mps2()
+            ),
+            None => format!(
+                "# Surface gravity, m/s2. The model does not say of which body it is: this is that of Mars; the Moon has 1.62, \
+                 the Earth\n# 9.81.\ngravity_mps2 = {:?}\n",
+                Robot::default().gravity_mps2
+            ),
+        };
+        format!(
+            "# A mission over {name}, fitted to it by `hopper scenario new`. All fields: docs/scenario.md, or `hopper scenario\n\
+             # schema`. `hopper scenario check FILE` tells what a change leads to.\n\
+             \n\
+             [truth.terrain.elevation_file]\n\
+             # From the folder of this file.\n\
+             file = {file}\n\
+             {nodata}\
+             # The part that is flown, of {columns} x {rows} cells: its south-western corner, columns and rows.\n\
+             crop_cells = {{ x = {x}, y = {y}, width = {width}, height = {height} }}\n\
+             \n\
+             [brief]\n\
+             name = \"{name}\"\n\
+             profile = \"hopper\"\n\
+             # Column and row from the south-western corner of the part: whole hops apart, on ground that hops connect.\n\
+             start = [{start_x}, {start_y}]\n\
+             goal = [{goal_x}, {goal_y}]\n\
+             # Heights count from the mean of the part.\n\
+             datum_m = \"survey\"\n\
+             \n\
+             [robot]\n\
+             # A hop spans whole cells.\n\
+             hop_distance_m = {hop_distance_m:?}\n\
+             {gravity}\
+             # Sees {seen_m:?} m far at the mean height, half as many metres more for each metre above it, {far_m:?} m at most.\n\
+             sensor = {{ gain = 0.5, offset_m = {far_m:?}, radius_max_m = {far_m:?} }}\n\
+             \n\
+             [limits]\n\
+             # The shortest way takes {hops_min} hops, of one or two steps each, and slopes make hops fail.\n\
+             steps_max = {steps_max}\n",
+            name = name(path),
+            start_x = start.x,
+            start_y = start.y,
+            goal_x = goal.x,
+            goal_y = goal.y,
+            seen_m = SEEN_HOPS * hop_distance_m,
+        )
+    }
+}
+
+/// `path` as seen from `folder`, both absolute; `None` if they have nothing but the root in common.
+fn relative(path: &Path, folder: &Path) -> Option<PathBuf> {
+    let (mut path, mut folder) = (path.components().peekable(), folder.components().peekable());
+    let mut common = 0;
+    while let (Some(one), Some(other)) = (path.peek(), folder.peek())
+        && one == other
+    {
+        (path.next(), folder.next());
+        common += 1;
+    }
+    (common > 1).then(|| folder.map(|_| Component::ParentDir).chain(path).collect())
 }
 
 /// The name of the file, as far as a scenario may have it.
@@ -263,8 +343,8 @@ mod tests {
     fn of_a_large_model_the_middle_is_flown() {
         let (_folder, path) = grid_file(2.0, &plain(300, "7"));
         let fitted = fitted(&path).unwrap();
-        assert_eq!(fitted.window, Window { x: 86, y: 86, width: 128, height: 128 });
-        assert_eq!((fitted.start, fitted.goal), (Cell::new(4, 4), Cell::new(123, 123)));
+        assert_eq!(fitted.choice.window, Window { x: 86, y: 86, width: 128, height: 128 });
+        assert_eq!((fitted.choice.start, fitted.choice.goal), (Cell::new(4, 4), Cell::new(123, 123)));
         assert!(fitted.to_string().starts_with("the middle 128 x 128 of 300 x 300 cells"), "{fitted}");
     }
 
@@ -275,8 +355,29 @@ mod tests {
         let row = (0..61).map(row).collect::<Vec<_>>().join(" ");
         let (_folder, path) = grid_file(1.0, &vec![row; 30]);
         let fitted = fitted(&path).unwrap();
-        assert!(fitted.start.x > 20 && fitted.goal.x > fitted.start.x, "{fitted}");
+        assert!(fitted.choice.start.x > 20 && fitted.choice.goal.x > fitted.choice.start.x, "{fitted}");
         assert!(fitted.scenario.resolve().unwrap().warnings.is_empty());
+    }
+
+    /// P-SCENARIO-NEW: and flies as the model alone.
+    #[test]
+    fn a_scenario_is_written_with_a_path_from_its_folder_and_a_comment_to_every_choice() {
+        let (folder, path) = grid_file(2.0, &plain(60, "7"));
+        let fitted = fitted(&path).unwrap();
+        let below = folder.path().join("a");
+        std::fs::create_dir(&below).unwrap();
+        for (from, file) in [(folder.path(), "my dem.asc"), (&below, "../my dem.asc")] {
+            let text = fitted.text_in(from);
+            assert!(text.contains(&format!("file = \"{file}\"")), "{text}");
+            let mut written = Scenario::parse(&text, "mine.toml").unwrap();
+            written.folder = from.into();
+            assert_eq!(written.resolve().unwrap().hash, fitted.scenario.clone().resolve().unwrap().hash);
+        }
+        let text = fitted.text_in(folder.path());
+        assert!(text.contains("gravity_mps2 = 3.72") && text.contains("the Moon has 1.62"), "{text}");
+        let longest = text.lines().map(str::len).max();
+        assert!(longest <= Some(130) && text.matches("\n# ").count() > 7, "{text}");
+        assert_eq!(relative(Path::new("/a/b"), Path::new("/c")), None);
     }
 
     #[test]

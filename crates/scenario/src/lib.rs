@@ -14,9 +14,11 @@
 
 #![warn(clippy::disallowed_methods)]
 
+mod body;
 mod bounds;
 mod built_in;
 mod check;
+mod difference;
 mod error;
 mod exact;
 mod fitted;
@@ -37,6 +39,7 @@ mod warning;
 
 pub use built_in::{BUILT_IN, description, load};
 pub use check::ScenarioCheck;
+pub use difference::{Difference, difference};
 pub use error::ScenarioError;
 pub use fitted::{Fitted, fitted, fitted_to, fitted_with};
 pub use fleet::{Fault, Fleet, OwnSensor, RobotRules, VehicleKind};

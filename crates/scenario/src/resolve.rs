@@ -530,8 +530,15 @@ fn warnings(brief: &Brief, terrain: &Terrain) -> Vec<Warning> {
 }
 
 fn existing(field: &'static str, path: &Path) -> Result<PathBuf, ScenarioError> {
-    path.canonicalize().map_err(|_| ScenarioError::FileMissing {
+    let path = path.canonicalize().map_err(|_| ScenarioError::FileMissing {
         field,
         path: std::path::absolute(path).unwrap_or_else(|_| path.into()),
-    })
+    })?;
+    if path.to_str().is_none() { Err(not_utf_8(field, &path)) } else { Ok(path) }
+}
+
+/// A scenario is text, and the journal holds it with all its paths.
+pub(crate) fn not_utf_8(field: &'static str, path: &Path) -> ScenarioError {
+    let got = format!("{}: rename it, or put it into another folder", path.display());
+    ScenarioError::Value { field, need: "a path that is UTF-8", got }
 }

@@ -105,7 +105,7 @@ impl Journal {
         Self::open_if(dir, sync, Some(terrain), |header| {
             expected.check(header)?;
             let (need, got) = (expected.run().to_string(), header.run().to_string());
-            if need == got { Ok(()) } else { Err(JournalError::Mismatch { field: "run", need, got }) }
+            if need == got { Ok(()) } else { Err(JournalError::Mismatch { field: "run".into(), need, got }) }
         })
     }
 

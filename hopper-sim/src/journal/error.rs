@@ -1,5 +1,6 @@
 //! What can go wrong with a journal.
 
+use std::borrow::Cow;
 use std::fmt;
 use std::io;
 use std::path::PathBuf;
@@ -97,7 +98,7 @@ pub enum JournalError {
     #[error("the journal is of another mission: {field} needs {need}, got {got}")]
     Mismatch {
         /// The field of the header.
-        field: &'static str,
+        field: Cow<'static, str>,
         /// What the mission needs.
         need: String,
         /// What the journal has.

@@ -9,7 +9,7 @@ use contract::{
     Brief, Cell, Cover, Grid, Guard, Limits, Mixed, MotionParameters, Name, Patrol, Payoff, Priors, Profile,
     Range, Reading, RunId, Scout, SensorParameters, Weights,
 };
-use scenario::{Fleet, ResolvedScenario, Scenario};
+use scenario::{Difference, Fleet, ResolvedScenario, Scenario};
 use serde::{Deserialize, Serialize};
 
 use super::{JournalError, Storage, codec, frame};
@@ -93,14 +93,27 @@ impl JournalHeader {
     /// # Errors
     /// [`JournalError::Mismatch`] names the first field that differs.
     pub fn check(&self, got: &JournalHeader) -> Result<(), JournalError> {
-        let differing = |field, need: String, got: String| {
-            if need == got { Ok(()) } else { Err(JournalError::Mismatch { field, need, got }) }
+        let differing = |field: &'static str, need: String, got: String| match need == got {
+            true => Ok(()),
+            false => Err(JournalError::Mismatch { field: field.into(), need, got }),
         };
         let (need_brief, got_brief) = (&self.brief, &got.brief);
-        let scenario = |brief: &Brief| format!("{} {}", brief.scenario, hex(&brief.scenario_hash));
-        differing("scenario", scenario(need_brief), scenario(got_brief))?;
+        differing("scenario", need_brief.scenario.to_string(), got_brief.scenario.to_string())?;
         differing("seed", self.seed.to_string(), got.seed.to_string())?;
         differing("profile", need_brief.profile.to_string(), got_brief.profile.to_string())?;
+        if need_brief.scenario_hash != got_brief.scenario_hash {
+            return Err(match scenario::difference(&self.resolved, &got.resolved) {
+                Some(Difference { field, first: need, second: got }) => {
+                    JournalError::Mismatch { field: field.into(), need, got }
+                }
+                // The texts agree: a file that they name has other contents than when the journal was begun.
+                None => {
+                    let cells = |brief: &Brief| format!("the cells of hash {}", hex(&brief.scenario_hash));
+                    let (need, got) = (cells(need_brief), cells(got_brief));
+                    JournalError::Mismatch { field: "ground".into(), need, got }
+                }
+            });
+        }
         // The same scenario, read differently by another version of the program.
         // Its budget may change from life to life: no outcome depends on it.
         let rest = |brief: &Brief| {
@@ -150,7 +163,7 @@ impl JournalHeader {
         if !FORMATS.contains(&format) {
             let need = FORMATS.map(|format| format.to_string()).join(", ");
             let got = format.to_string();
-            return Err(JournalError::Mismatch { field: "format", need, got });
+            return Err(JournalError::Mismatch { field: "format".into(), need, got });
         }
         let length = number(length) as usize;
         if length > codec::BYTES_MAX {

@@ -61,7 +61,7 @@ fn a_journal_is_resumed_with_another_budget_and_not_as_another_run() {
     drop(Journal::resume_run(dir.path(), &hurried, &world("hard").terrain, false).unwrap());
     let stranger = written.with_run(RunId(6));
     let error = Journal::resume_run(dir.path(), &stranger, &world("hard").terrain, false).unwrap_err();
-    assert!(matches!(error, JournalError::Mismatch { field: "run", .. }), "{error}");
+    assert!(matches!(&error, JournalError::Mismatch { field, .. } if field == "run"), "{error}");
 }
 
 #[test]

@@ -294,7 +294,7 @@ fn another_missions_journal_is_refused_naming_field_need_and_got() {
         header
     };
     for (field, expected) in [
-        ("scenario", other(|header| header.brief.scenario_hash[31] ^= 1)),
+        ("ground", other(|header| header.brief.scenario_hash[31] ^= 1)),
         ("scenario", other(|header| header.brief.scenario = "other".parse().unwrap())),
         ("seed", other(|header| header.seed += 1)),
         ("profile", other(|header| header.brief.profile = Profile::Paper2023)),

@@ -34,6 +34,10 @@ impl Terminal {
         if !std::io::stdout().is_terminal() {
             return Err(Failure::new(Exit::Usage, "--tui needs a terminal on standard output"));
         }
+        if std::env::var_os("TERM").is_none_or(|name| name.is_empty() || name == "dumb") {
+            let why = "--tui needs a terminal that can draw, got one whose TERM is dumb or not set: leave --tui out for lines";
+            return Err(Failure::new(Exit::Usage, why));
+        }
         let screen = ratatui::try_init().map_err(Failure::run)?;
         hold_log_back(true);
         let settings = ViewSettings { policy: true, control, ..ViewSettings::default() };

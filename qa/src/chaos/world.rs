@@ -36,7 +36,7 @@ impl World {
     /// # Errors
     /// Exit code 2 if it cannot be read or resolved.
     pub fn named(scenario: &str) -> Result<Self, Failure> {
-        let (scenario, pace) = (Some(scenario.to_owned()), Pace::Max);
+        let (scenario, pace) = (Some(scenario.into()), Pace::Max);
         let mission = MissionArgs {
             scenario,
             seed: None,

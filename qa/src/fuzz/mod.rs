@@ -13,6 +13,7 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use contract::Role;
+use hopper::progress::Progress;
 use hopper::stdout::print;
 use hopper::tool;
 use node::{Exit, Failure, Node, ShutdownSignal};
@@ -99,14 +100,15 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     let shutdown = ShutdownSignal::new()?;
     let mut answer = Answer::default();
     let drafts = drafts(args)?;
-    let bar = indicatif::ProgressBar::new(drafts.len() as u64);
+    let (mut done, mut progress) = (0, Progress::begin("drafts", drafts.len() as u64, 0, started));
     for batch in drafts.chunks(16) {
         let checked: Vec<_> = batch
             .par_iter()
             .map(|(_, draft)| draft.as_ref().map(|draft| (draft, trial::check(draft))))
             .collect();
         for checked in checked {
-            bar.inc(1);
+            done += 1;
+            progress.show(done, Node::now());
             let Some((draft, checked)) = checked else {
                 answer.unflyable += 1;
                 continue;
@@ -128,7 +130,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
             break;
         }
     }
-    bar.finish_and_clear();
+    progress.end();
     if answer.failure.is_none() {
         fly_live(args, &drafts, &mut answer, &shutdown)?;
     }

@@ -1,5 +1,7 @@
 //! Errors of planning on known ground.
 
+use contract::spelling::did_you_mean;
+
 /// Why a plan on known ground cannot be made or executed.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum KnownError {
@@ -16,7 +18,10 @@ pub enum KnownError {
         got: f64,
     },
     /// There is no experiment of this name.
-    #[error("experiment: need hard, heterogeneous, sandy or rocks, got {got:?}")]
+    #[error(
+        "experiment: need hard, heterogeneous, sandy or rocks, got {got:?}{}",
+        did_you_mean(got, ["hard", "heterogeneous", "sandy", "rocks"])
+    )]
     Experiment {
         /// The name asked for.
         got: String,

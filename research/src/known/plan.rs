@@ -24,7 +24,7 @@ pub struct Args {
     #[arg(long, default_value_t = Weights::GOAL, value_name = "PAYOFF", allow_negative_numbers = true)]
     goal: f64,
     /// Write the picture and the plan as data into this folder.
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, value_name = "DIR", value_parser = node::output_path())]
     out: Option<PathBuf>,
     /// Format of the answer on standard output.
     #[arg(long, default_value_t)]

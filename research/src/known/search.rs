@@ -3,7 +3,6 @@
 use ::known::search::{self, Found, Judged, Search};
 use ::known::{P22, Reading};
 use hopper::stdout::print;
-use indicatif::{ProgressBar, ProgressStyle};
 use node::{Exit, Failure};
 use rayon::prelude::*;
 
@@ -50,19 +49,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         climbs: args.climbs as usize,
         high_climbs: args.high_climbs as usize,
     };
-    let bar = ProgressBar::new_spinner();
-    if let Ok(style) = ProgressStyle::with_template("{spinner} {pos} readings judged, {elapsed}") {
-        bar.set_style(style);
-    }
-    let found = search.run(|readings| {
-        let judge = |reading: &Reading| {
-            let judged = search::judge(reading);
-            bar.inc(1);
-            judged
-        };
-        pool.install(|| readings.par_iter().map(judge).collect())
-    });
-    bar.finish_and_clear();
+    let found = search.run(|readings| pool.install(|| readings.par_iter().map(search::judge).collect()));
     print(&match args.format {
         Form::Json => serde_json::to_string(&found).map_err(Failure::run)? + "\n",
         form => written(form, &found),

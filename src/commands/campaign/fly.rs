@@ -62,11 +62,12 @@ pub fn text(file: &Path) -> Result<String, Failure> {
     match built_in {
         Some((_, text)) => Ok(text.to_owned()),
         None if !file.exists() => {
-            let names = BUILT_IN.map(|(name, _)| name).join(", ");
-            let file = file.display();
-            Err(Failure::usage(format!(
-                "{file} cannot be read: need a campaign file or one of {names}, got no such file"
-            )))
+            let names = BUILT_IN.map(|(name, _)| name);
+            let (meant, file) = (text::meant(file, &names), file.display());
+            Err(Failure::usage(match meant.as_str() {
+                "" => format!("{file}: need a campaign file or one of {}, found neither", names.join(", ")),
+                meant => format!("{file}: need a campaign, found none{meant}"),
+            }))
         }
         None => text::read(file, TEXT_BYTES_MAX).map_err(Failure::usage),
     }

@@ -36,7 +36,7 @@ pub struct Args {
     #[arg(long, default_value_t)]
     pub format: Form,
     /// Also write the report in all formats into this folder; of a study, with its figures.
-    #[arg(long, value_name = "DIR", conflicts_with_all = ["beside", "readings"])]
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["beside", "readings"], value_parser = node::output_path())]
     pub out: Option<PathBuf>,
 }
 

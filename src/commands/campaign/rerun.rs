@@ -2,10 +2,11 @@
 
 use std::path::PathBuf;
 
-use ::campaign::Plan;
+use ::campaign::{Plan, Row};
 use hopper_sim::shell::print_summary;
 use node::{Exit, Failure};
-use report::Format;
+use report::{Format, Summary};
+use scenario::ResolvedScenario;
 
 use super::fly::schedule;
 use super::store;
@@ -22,7 +23,7 @@ pub struct Args {
     #[arg(long, value_name = "K")]
     pub trial: u64,
     /// Folder for journal, summary and picture; of a study, for row and pictures [default: a new folder under out/].
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, value_name = "DIR", value_parser = node::output_path())]
     pub out: Option<PathBuf>,
     /// Form of the summary on standard output: text or json.
     #[arg(long, default_value_t)]
@@ -40,11 +41,14 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         return Err(Failure::usage(format!("trial {} is not in the plan", row.trial)));
     };
     let world = trial.cell.world().map_err(Failure::usage)?;
-    let (output_dir, journal) = OutputDir::open(args.out.clone(), &world, row.seed)?;
-    let schedule = schedule(&world, &trial.cell.planner)?;
-    let mut summary = in_lockstep(&world, row.seed, &schedule, &output_dir, journal)?;
-    output_dir.illustrate(&world, &mut summary, report::PictureStyle::Screen)?;
-    output_dir.keep(&summary)?;
+    let held = args.out.as_deref().and_then(|dir| Some((dir, OutputDir::ended(dir, &world, row.seed)?)));
+    let summary = match held {
+        Some((dir, summary)) => {
+            tracing::info!("{} has already ended, nothing flown", dir.display());
+            summary
+        }
+        None => fly(args, &world, &row, &trial.cell.planner)?,
+    };
     print_summary(&summary, args.format)?;
     if summary.digest != row.digest {
         return Err(Failure::run(format!(
@@ -58,4 +62,14 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         )));
     }
     Ok(Exit::Done)
+}
+
+/// Flies the trial of `row` into the output folder.
+fn fly(args: &Args, world: &ResolvedScenario, row: &Row, planner: &str) -> Result<Summary, Failure> {
+    let (output_dir, journal) = OutputDir::open(args.out.clone(), world, row.seed)?;
+    let schedule = schedule(world, planner)?;
+    let mut summary = in_lockstep(world, row.seed, &schedule, &output_dir, journal)?;
+    output_dir.illustrate(world, &mut summary, report::PictureStyle::Screen)?;
+    output_dir.keep(&summary)?;
+    Ok(summary)
 }

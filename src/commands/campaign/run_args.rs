@@ -21,7 +21,7 @@ pub struct Args {
     #[arg(long)]
     pub(super) resume: bool,
     /// Folder for the rows [default: out/NAME, or out/NAME-I-of-N for a shard].
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, value_name = "DIR", value_parser = node::output_path())]
     pub(super) out: Option<PathBuf>,
     /// Format of the summary on standard output: text or json.
     #[arg(long, default_value_t)]

@@ -9,7 +9,7 @@
 //! | `run.json` | how the last run of this folder went |
 
 use std::fs::{File, TryLockError};
-use std::io::{BufRead, BufReader, BufWriter, ErrorKind, Seek, SeekFrom, Write};
+use std::io::{self, BufRead, BufReader, BufWriter, ErrorKind, Seek, SeekFrom, Write};
 use std::marker::PhantomData;
 use std::path::{Path, PathBuf};
 
@@ -87,7 +87,11 @@ impl<P: TrialPlan> Store<P> {
             write(dir, PLAN, &manifest.text())?;
         }
         let (table, times) = (file(dir, TABLE)?, file(dir, TIMES)?);
-        let held = whole_lines(&rows)?;
+        let at = |name: &str| {
+            let path = dir.join(name);
+            move |error: io::Error| failed(&path, &error)
+        };
+        let held = whole_lines(&rows).map_err(at(ROWS))?;
         if held > 0 && !resume {
             return Err(Failure::usage(format!(
                 "{} holds {held} trials: go on with --resume, or name another folder with --out",
@@ -95,13 +99,13 @@ impl<P: TrialPlan> Store<P> {
             )));
         }
         // A killed run may have written more to one file than to another.
-        let done = held.min(whole_lines(&times)?.saturating_sub(1));
-        cut(&rows, done)?;
-        begin(&times, done, TIMES_HEADINGS)?;
+        let done = held.min(whole_lines(&times).map_err(at(TIMES))?.saturating_sub(1));
+        cut(&rows, done).map_err(at(ROWS))?;
+        begin(&times, done, TIMES_HEADINGS).map_err(at(TIMES))?;
         // The table says what the rows say, and only they have checksums: it is made anew.
-        begin(&table, 0, &(P::Row::headings().join(",") + "\n"))?;
+        begin(&table, 0, &(P::Row::headings().join(",") + "\n")).map_err(at(TABLE))?;
         let mut table = BufWriter::new(table);
-        each_row(dir, manifest, |row| record(&mut table, &row))?;
+        each_row(dir, manifest, |row| record(&mut table, &row).map_err(at(TABLE)))?;
         let (rows, times) = (BufWriter::new(rows), BufWriter::new(times));
         Ok(Self { plan: PhantomData, dir: dir.into(), rows, table, times, done })
     }
@@ -117,9 +121,11 @@ impl<P: TrialPlan> Store<P> {
     /// # Errors
     /// If it cannot be written.
     pub fn append(&mut self, row: &P::Row, times: &Times) -> Result<(), Failure> {
-        self.rows.write_all(row.line().as_bytes())?;
-        record(&mut self.table, row)?;
-        record(&mut self.times, times)?;
+        let dir = &self.dir;
+        let at = |name: &'static str| move |error: io::Error| failed(&dir.join(name), &error);
+        self.rows.write_all(row.line().as_bytes()).map_err(at(ROWS))?;
+        record(&mut self.table, row).map_err(at(TABLE))?;
+        record(&mut self.times, times).map_err(at(TIMES))?;
         self.done += 1;
         Ok(())
     }
@@ -129,8 +135,8 @@ impl<P: TrialPlan> Store<P> {
     /// # Errors
     /// If it cannot be written.
     pub fn flush(&mut self) -> Result<(), Failure> {
-        for file in [&mut self.rows, &mut self.table, &mut self.times] {
-            file.flush()?;
+        for (name, file) in [(ROWS, &mut self.rows), (TABLE, &mut self.table), (TIMES, &mut self.times)] {
+            file.flush().map_err(|error| failed(&self.dir.join(name), &error))?;
         }
         Ok(())
     }
@@ -142,6 +148,20 @@ impl<P: TrialPlan> Store<P> {
     pub fn keep(&self, run: &impl Serialize) -> Result<(), Failure> {
         write(&self.dir, RUN, &json(run)?)
     }
+}
+
+/// Whether `dir` holds all rows of `manifest`, each as it was written, and how they were flown. Nothing in it is changed.
+#[must_use]
+pub fn is_finished<P: TrialPlan>(dir: &Path, manifest: &Manifest<P>) -> bool {
+    let due = manifest.shard.len(manifest.plan.trials());
+    let lines = |name| File::open(dir.join(name)).and_then(|file| whole_lines(&file)).ok();
+    let is_held = || self::manifest::<P>(dir).is_ok_and(|held| held == *manifest);
+    dir.join(RUN).is_file()
+        && lines(ROWS) == Some(due)
+        // These two have headings.
+        && [TIMES, TABLE].into_iter().all(|name| lines(name) == Some(due + 1))
+        && is_held()
+        && each_row(dir, manifest, |_| Ok(())).is_ok()
 }
 
 /// The manifest of `dir`.
@@ -259,12 +279,12 @@ fn file(dir: &Path, name: &str) -> Result<File, Failure> {
     private_file::open_shared(&dir.join(name)).map_err(refused)
 }
 
-fn whole_lines(file: &File) -> Result<u64, Failure> {
+fn whole_lines(file: &File) -> io::Result<u64> {
     Ok(lines_and_bytes(file, u64::MAX)?.0)
 }
 
 /// Lines up to `lines_max` that are ended, and the bytes they take.
-fn lines_and_bytes(mut file: &File, lines_max: u64) -> Result<(u64, u64), Failure> {
+fn lines_and_bytes(mut file: &File, lines_max: u64) -> io::Result<(u64, u64)> {
     file.seek(SeekFrom::Start(0))?;
     let mut reader = BufReader::with_capacity(1 << 16, file);
     let (mut lines, mut bytes, mut read) = (0, 0, 0);
@@ -286,7 +306,7 @@ fn lines_and_bytes(mut file: &File, lines_max: u64) -> Result<(u64, u64), Failur
 }
 
 /// Keeps the first `lines` and leaves the file ready to be appended to.
-fn cut(mut file: &File, lines: u64) -> Result<(), Failure> {
+fn cut(mut file: &File, lines: u64) -> io::Result<()> {
     let (_, bytes) = lines_and_bytes(file, lines)?;
     file.set_len(bytes)?;
     file.seek(SeekFrom::End(0))?;
@@ -294,18 +314,18 @@ fn cut(mut file: &File, lines: u64) -> Result<(), Failure> {
 }
 
 /// Keeps the headings and the first `lines` after them.
-fn begin(mut file: &File, lines: u64, headings: &str) -> Result<(), Failure> {
+fn begin(mut file: &File, lines: u64, headings: &str) -> io::Result<()> {
     if lines > 0 {
         return cut(file, lines + 1);
     }
     cut(file, 0)?;
-    Ok(file.write_all(headings.as_bytes())?)
+    file.write_all(headings.as_bytes())
 }
 
-fn record(out: &mut impl Write, value: &impl Serialize) -> Result<(), Failure> {
+fn record(out: &mut impl Write, value: &impl Serialize) -> io::Result<()> {
     let mut writer = csv::WriterBuilder::new().has_headers(false).from_writer(out);
-    writer.serialize(value).map_err(Failure::run)?;
-    Ok(writer.flush()?)
+    writer.serialize(value)?;
+    writer.flush()
 }
 
 /// The cells of `row` in `trials.csv`.
@@ -314,7 +334,7 @@ fn record(out: &mut impl Write, value: &impl Serialize) -> Result<(), Failure> {
 /// None in practice: numbers and text.
 pub fn record_of(row: &impl Serialize) -> Result<Vec<String>, Failure> {
     let mut line = Vec::new();
-    record(&mut line, row)?;
+    record(&mut line, row).map_err(Failure::run)?;
     let mut reader = csv::ReaderBuilder::new().has_headers(false).from_reader(line.as_slice());
     let cells = reader.records().next().transpose().map_err(Failure::run)?.unwrap_or_default();
     Ok(cells.iter().map(String::from).collect())

@@ -10,9 +10,9 @@ use node::{Exit, Failure, Node, ShutdownSignal};
 use report::Format;
 use serde::Serialize;
 
-use super::progress::Progress;
 use super::run_args::Args;
-use super::store::{Manifest, Store, Times};
+use super::store::{self, Manifest, Store, Times};
+use crate::progress::Progress;
 use crate::stdout::print;
 
 /// Trials per job that may be flown ahead of the next row: bounds the rows held in memory.
@@ -30,7 +30,8 @@ const GATHER: Duration = Duration::from_millis(3);
 /// The answer; field names are those of the JSON. Times are of this machine.
 #[derive(Clone, Debug, Serialize)]
 pub struct Run {
-    /// Folder with the rows.
+    /// Folder with the rows; what is not UTF-8 in it is replaced.
+    #[serde(serialize_with = "report::path_as_text")]
     pub out: PathBuf,
     /// Part of the campaign that was flown.
     pub shard: Shard,
@@ -80,8 +81,12 @@ pub fn run<F: Flight>(args: &Args, plan: F::Plan, flight: F) -> Result<Exit, Fai
         args.jobs.map_or_else(|| std::thread::available_parallelism().map_or(1, usize::from), usize::from);
     let out = args.out.clone().unwrap_or_else(|| default_folder(plan.identity().name, args.shard));
     let manifest = Manifest { shard: args.shard, plan };
-    let mut store = Store::open(&out, &manifest, args.resume)?;
     let (shard, due) = (args.shard, args.shard.len(manifest.plan.trials()));
+    if store::is_finished(&out, &manifest) {
+        let run = Run::over(out, shard, due);
+        return tell(&run, args.format);
+    }
+    let mut store = Store::open(&out, &manifest, args.resume)?;
     let held = store.done();
     let started = Node::now();
     let Some(paper_s) = fly_all(&manifest, flight, jobs, &mut store)? else {
@@ -109,18 +114,40 @@ pub fn run<F: Flight>(args: &Args, plan: F::Plan, flight: F) -> Result<Exit, Fai
         processor: node::host::processor(),
     };
     store.keep(&run)?;
-    print(&match args.format {
-        Format::Json => serde_json::to_string(&run).map_err(Failure::run)? + "\n",
+    tell(&run, args.format)
+}
+
+fn tell(run: &Run, format: Format) -> Result<Exit, Failure> {
+    print(&match format {
+        Format::Json => serde_json::to_string(run).map_err(Failure::run)? + "\n",
         Format::Text => run.text(),
     })?;
     Ok(Exit::Done)
 }
 
 impl Run {
+    /// The answer where the folder holds all trials already.
+    fn over(out: PathBuf, shard: Shard, trials: u64) -> Self {
+        tracing::info!("{} has already ended, nothing flown", out.display());
+        Self {
+            out,
+            shard,
+            trials,
+            flown: 0,
+            jobs: 0,
+            wall_s: 0.0,
+            episodes_per_s: 0.0,
+            paper_s: 0.0,
+            paper_ratio: None,
+            commit: crate::COMMIT,
+            processor: node::host::processor(),
+        }
+    }
+
     fn text(&self) -> String {
         let Self { out, trials, flown, jobs, wall_s, episodes_per_s, .. } = self;
         if *flown == 0 {
-            return format!("Nothing left to fly: {} holds all {trials} trials.\n", out.display());
+            return format!("Already ended, nothing flown: {} holds all {trials} trials.\n", out.display());
         }
         let mut text = format!(
             "{flown} episodes in {wall_s:.1} s on {jobs} {}: {episodes_per_s:.0} episodes/s.\n",
@@ -159,7 +186,7 @@ fn fly_all<F: Flight>(
     let (shard, trials) = (manifest.shard, manifest.plan.trials());
     let flight = Arc::new(flight);
     let due = shard.len(trials);
-    let mut progress = Progress::begin(due, store.done(), Node::now());
+    let mut progress = Progress::begin("trials", due, store.done(), Node::now());
     if store.done() < due {
         tracing::info!(
             "{} of {due} trials are in the folder; flying the others on {jobs} threads",

@@ -3,7 +3,8 @@
 use std::path::PathBuf;
 
 use gif::{Encoder, Frame, Repeat};
-use hopper::commands::journal::{folder, write};
+use hopper::commands::journal::folder;
+use hopper::files::write;
 use hopper::mission::Flown;
 use node::{Exit, Failure};
 use report::PictureStyle;
@@ -27,7 +28,7 @@ pub struct Args {
     #[arg(value_name = "RUN")]
     run: PathBuf,
     /// File to write; an old one is replaced.
-    #[arg(long, value_name = "FILE", default_value = "mission.gif")]
+    #[arg(long, value_name = "FILE", default_value = "mission.gif", value_parser = node::output_file_of(&["gif"]))]
     out: PathBuf,
     /// Width in pixels, 120 to 1600.
     #[arg(long, default_value_t = 640, value_parser = clap::value_parser!(u16).range(120..=1600))]

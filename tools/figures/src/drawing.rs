@@ -2,7 +2,8 @@
 
 use std::sync::Arc;
 
-use hopper::commands::journal::{DrawArgs, write};
+use hopper::commands::journal::DrawArgs;
+use hopper::files::write;
 use node::{Exit, Failure};
 use resvg::tiny_skia::{Pixmap, Transform};
 use resvg::usvg::{Options, Tree, fontdb};

@@ -7,6 +7,7 @@ pub mod drawing;
 
 use clap::Subcommand;
 use hopper::commands::journal::DrawArgs;
+use hopper::progress::while_working;
 use node::{Exit, Failure};
 
 /// The commands of `hopper` that this package serves.
@@ -35,7 +36,7 @@ pub enum Journal {
 /// Those of the command.
 pub fn run(command: &Command) -> Result<Exit, Failure> {
     match command {
-        Command::Gif(args) => animation::run(args),
-        Command::Journal(Journal::Draw(args)) => drawing::run(args),
+        Command::Gif(args) => while_working("drawing the mission", || animation::run(args)),
+        Command::Journal(Journal::Draw(args)) => while_working("drawing the mission", || drawing::run(args)),
     }
 }

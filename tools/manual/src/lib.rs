@@ -35,7 +35,7 @@ pub struct Completions {
   hopper man --out ~/.local/share/man/man1")]
 pub struct Man {
     /// Write the page of every command to this folder.
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, value_name = "DIR", value_parser = node::output_path())]
     out: Option<PathBuf>,
 }
 
@@ -52,12 +52,15 @@ pub fn run(command: &Command) -> Result<Exit, Failure> {
             clap_complete::generate(*shell, &mut hopper, "hopper", &mut text);
             text = with_files(&String::from_utf8_lossy(&text)).into_bytes();
         }
-        Command::Man(Man { out: None }) => clap_mangen::Man::new(hopper).render(&mut text)?,
+        Command::Man(Man { out: None }) => {
+            clap_mangen::Man::new(hopper).render(&mut text).map_err(Failure::run)?
+        }
         Command::Man(Man { out: Some(dir) }) => {
             let written = std::fs::create_dir_all(dir).and_then(|()| clap_mangen::generate_to(hopper, dir));
             written.map_err(|error| {
                 Failure::usage(format!("--out {} cannot be written: {error}", dir.display()))
             })?;
+            tracing::info!("wrote the page of every command to {}", dir.display());
         }
     }
     print(&String::from_utf8_lossy(&text))?;

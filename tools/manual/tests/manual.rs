@@ -24,12 +24,16 @@ fn commands() -> Vec<String> {
 /// P-HELP: every command's help has examples, each of that very command.
 #[test]
 fn every_command_is_helped_with_examples() {
-    for command in hopper_command().get_subcommands_mut() {
-        let name = command.get_name().to_owned();
+    fn check(command: &mut clap::Command, path: &str) {
         let help = command.render_long_help().to_string();
-        let examples = help.split("Examples:\n").nth(1).unwrap_or_else(|| panic!("{name} has no examples"));
-        assert!(examples.contains(&format!("hopper {name}")), "{name}: {examples}");
+        let examples = help.split("Examples:\n").nth(1).unwrap_or_else(|| panic!("{path} has no examples"));
+        assert!(examples.contains(path), "{path}: {examples}");
+        for below in command.get_subcommands_mut() {
+            let path = format!("{path} {}", below.get_name());
+            check(below, &path);
+        }
     }
+    check(&mut hopper_command(), "hopper");
 }
 
 #[test]

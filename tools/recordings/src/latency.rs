@@ -21,6 +21,9 @@ use crate::bag::{at_fault, keep, load, open};
 #[derive(clap::Subcommand, Clone, Debug)]
 pub enum Command {
     /// Report on a recording, a running instance, or two recordings of one mission side by side.
+    #[command(
+        after_help = "Examples:\n  hopper latency report hard.mcap --budget 600ms --svg latency.svg\n  hopper latency report --instance hopper\n  hopper latency report --compare a.mcap b.mcap"
+    )]
     Report(Args),
 }
 
@@ -41,10 +44,10 @@ pub struct Args {
     #[arg(long, value_parser = humantime::parse_duration, value_name = "DURATION")]
     budget: Option<Duration>,
     /// Write the percentile distribution of the totals, for HdrHistogram's plotters.
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", value_parser = node::output_path())]
     hgrm: Option<PathBuf>,
     /// Draw the total of every decision.
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", value_parser = node::output_file_of(&["svg"]))]
     svg: Option<PathBuf>,
     /// Give up with exit code 4 when no hopper-sim is heard for this long.
     #[arg(long, default_value = "10s", value_parser = humantime::parse_duration, value_name = "DURATION")]
@@ -93,9 +96,11 @@ pub fn run(command: &Command) -> Result<Exit, Failure> {
     let report = source.account.report(budget_ns, source.conditions);
     if let Some(path) = &args.hgrm {
         keep(path, source.account.percentile_distribution().as_bytes())?;
+        tracing::info!("wrote {}", path.display());
     }
     if let Some(path) = &args.svg {
         keep(path, plot(&source.account, budget_ns, &format!("Latency of {}", source.name)).as_bytes())?;
+        tracing::info!("wrote {}", path.display());
     }
     match args.format {
         Format::Text => print(&report.to_string())?,

@@ -5,6 +5,7 @@ pub mod latency;
 pub mod view;
 
 use clap::Subcommand;
+use hopper::progress::while_working;
 use node::{Exit, Failure};
 
 /// The commands of `hopper` that this package serves.
@@ -33,7 +34,9 @@ pub enum Command {
 /// Those of the command.
 pub fn run(command: &Command) -> Result<Exit, Failure> {
     match command {
-        Command::Bag(command) => bag::run(command),
+        // Who steps by hand knows how long it takes.
+        Command::Bag(command) if command.is_by_hand() => bag::run(command),
+        Command::Bag(command) => while_working("reading the recording", || bag::run(command)),
         Command::Latency(command) => latency::run(command),
         Command::View(args) => view::run(args),
     }

@@ -5,6 +5,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::spelling::did_you_mean;
 use crate::{
     Cell, Cover, Design, Grid, Mixed, MotionParameters, Name, Patrol, Reading, RobotId, RunId, Scout,
     SensorParameters, Task,
@@ -60,10 +61,10 @@ impl std::str::FromStr for Profile {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        Self::ALL
-            .into_iter()
-            .find(|profile| profile.as_str() == text)
-            .ok_or_else(|| format!("a profile is paper-2023 or hopper, got {text:?}"))
+        Self::ALL.into_iter().find(|profile| profile.as_str() == text).ok_or_else(|| {
+            let meant = did_you_mean(text, Self::ALL.map(Profile::as_str));
+            format!("a profile is paper-2023 or hopper, got {text:?}{meant}")
+        })
     }
 }
 

@@ -1,5 +1,7 @@
 //! What a picture is drawn for.
 
+use contract::spelling::did_you_mean;
+
 /// How a mission is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum PictureStyle {
@@ -26,7 +28,10 @@ impl std::str::FromStr for PictureStyle {
         match text {
             "screen" => Ok(PictureStyle::Screen),
             "paper" => Ok(PictureStyle::Paper),
-            _ => Err(format!("a picture is drawn for screen or paper, got {text:?}")),
+            _ => {
+                let meant = did_you_mean(text, ["screen", "paper"]);
+                Err(format!("a picture is drawn for screen or paper, got {text:?}{meant}"))
+            }
         }
     }
 }

@@ -3,8 +3,10 @@
 use std::collections::BTreeSet;
 use std::io::{self, ErrorKind, Write};
 
+use contract::spelling::did_you_mean;
 use contract::{Member, Robot, Stage, Team};
 use hopper::commands::topic::{summary, unit};
+use hopper::stdout::unwritten;
 use node::{Exit, Failure};
 use recording::{
     Channel, Entry, JsonMessage, MessageError, RecordedMessage, RecordedRun, Recording, RecordingError,
@@ -56,7 +58,10 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
             _ => {
                 let names = Channel::ALL.into_iter().filter(|topic| !topic.is_view()).map(Channel::name);
                 let names: Vec<String> = names.chain(other_topics(&recording)).collect();
-                let message = format!("--topic needs decisions or one of {}, got {name}", names.join(", "));
+                let known = names.iter().map(String::as_str).chain(["decisions"]);
+                let meant = did_you_mean(name, known);
+                let names = names.join(", ");
+                let message = format!("--topic needs decisions or one of {names}, got {name}{meant}");
                 Err(Failure::new(Exit::Usage, message))
             }
         },
@@ -126,7 +131,7 @@ fn write<R: Iterator<Item = Row>>(args: &Args, rows: impl Fn() -> R) -> Result<E
     match written {
         // The reader has seen enough.
         Err(Unwritten::Output(error)) if error.kind() == ErrorKind::BrokenPipe => Ok(Exit::Done),
-        Err(Unwritten::Output(error)) => Err(error.into()),
+        Err(Unwritten::Output(error)) => Err(unwritten(&error)),
         Err(Unwritten::Recording(error)) => Err(at_fault(&args.source.file, &error)),
         Ok(()) => Ok(Exit::Done),
     }

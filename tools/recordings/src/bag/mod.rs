@@ -15,13 +15,31 @@ use recording::{Recording, RecordingError};
 #[derive(clap::Subcommand, Clone, Debug)]
 pub enum Command {
     /// Show what is in a recording; exit code 1 if it is not whole.
+    #[command(
+        after_help = "Examples:\n  hopper bag info hard.mcap\n  hopper bag info hard.mcap --scenario > hard.toml"
+    )]
     Info(info::Args),
     /// Write a whole file from a recording that was cut, up to its last valid chunk.
+    #[command(after_help = "Examples:\n  hopper bag recover cut.mcap whole.mcap")]
     Recover(recover::Args),
     /// Let a planner decide again on what was sensed, and show where it decides differently.
+    #[command(
+        after_help = "Examples:\n  hopper bag replay hard.mcap\n  hopper bag replay hard.mcap --planner greedy --rate 10"
+    )]
     Replay(replay::Args),
     /// Print decisions, or the messages of a topic, as rows.
+    #[command(
+        after_help = "Examples:\n  hopper bag export hard.mcap > decisions.csv\n  hopper bag export hard.mcap --topic hop/r0/state --format json"
+    )]
     Export(export::Args),
+}
+
+impl Command {
+    /// Whether it waits for its user, or keeps to a pace that its user chose.
+    #[must_use]
+    pub fn is_by_hand(&self) -> bool {
+        matches!(self, Command::Replay(args) if args.is_by_hand())
+    }
 }
 
 /// Runs the command.
@@ -42,7 +60,15 @@ pub fn run(command: &Command) -> Result<Exit, Failure> {
 /// # Errors
 /// Exit code 2 if the file cannot be read.
 pub fn load(path: &Path) -> Result<Vec<u8>, Failure> {
-    std::fs::read(path).map_err(|error| Failure::new(Exit::Usage, format!("{}: {error}", path.display())))
+    let unread =
+        |why: &dyn std::fmt::Display| Failure::usage(format!("{} cannot be read: {why}", path.display()));
+    let kind = path.metadata().map_err(|error| unread(&error))?.file_type();
+    if !kind.is_file() {
+        // A pipe might never be opened, and a device never end.
+        let got = if kind.is_dir() { "a folder" } else { "a pipe, a device or a socket" };
+        return Err(unread(&format!("need a recording, got {got}")));
+    }
+    std::fs::read(path).map_err(|error| unread(&error))
 }
 
 /// The recording in `bytes`, with a warning if it is not whole.

@@ -41,6 +41,13 @@ pub struct Args {
     format: Format,
 }
 
+impl Args {
+    /// Whether it waits for its user, or keeps to a pace that its user chose.
+    pub(super) fn is_by_hand(&self) -> bool {
+        self.step || self.rate.is_some()
+    }
+}
+
 /// Slowest and fastest multiple of the recorded pace. At the slowest, the longest span that 64 bits of nanoseconds
 /// hold is a duration still.
 const RATES: std::ops::RangeInclusive<f64> = 1e-3..=1e6;
