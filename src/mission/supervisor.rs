@@ -1,6 +1,5 @@
 //! Supervises the four processes of a mission: starts them, restarts those that die or hang, ends them.
 
-use std::ffi::OsString;
 use std::process::ExitStatus;
 use std::time::Duration;
 

@@ -181,8 +181,8 @@ impl Choice {
             ),
         };
         format!(
-            "# A mission over {name}, fitted to it by `hopper scenario new`. All fields: docs/scenario.md, or `hopper scenario\n\
-             # schema`. `hopper scenario check FILE` tells what a change leads to.\n\
+            "# A mission over {name}, fitted to it by `hopper scenario new`.\n\
+             # `hopper scenario check FILE` tells what a change leads to; docs/scenario.md has all fields.\n\
              \n\
              [truth.terrain.elevation_file]\n\
              # From the folder of this file.\n\
@@ -208,7 +208,7 @@ impl Choice {
              sensor = {{ gain = 0.5, offset_m = {far_m:?}, radius_max_m = {far_m:?} }}\n\
              \n\
              [limits]\n\
-             # The shortest way takes {hops_min} hops, of one or two steps each, and slopes make hops fail.\n\
+             # The shortest way takes {hops_min} hops; slopes make hops fail.\n\
              steps_max = {steps_max}\n",
             name = name(path),
             start_x = start.x,
