@@ -73,7 +73,9 @@ fn clear(output: &Output, what: &str) -> i32 {
 
 /// The programs that serve the commands below.
 fn build_tools() {
-    ["hopper-figures", "hopper-recordings", "hopper-research", "hopper-manual", "hopper-qa"].map(program);
+    for name in ["hopper-figures", "hopper-recordings", "hopper-research", "hopper-manual", "hopper-qa"] {
+        program(name);
+    }
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -13,7 +13,6 @@ const HEADER: u8 = 0x01;
 const FOOTER: u8 = 0x02;
 const SCHEMA: u8 = 0x03;
 const CHANNEL: u8 = 0x04;
-const MESSAGE: u8 = 0x05;
 const CHUNK: u8 = 0x06;
 const METADATA: u8 = 0x0c;
 const DATA_END: u8 = 0x0f;
