@@ -148,11 +148,12 @@ fn a_path_to_write_is_written_as_asked_or_refused() {
                     assert_eq!(code, 2, "{words:?} {refused:?}: {text}");
                 }
                 place.checked(words, &[OsStr::new("/dev/full")]);
-                for other in ["x.jpg", "x.PNG", "x.webp"] {
-                    let (code, text) = place.checked(words, &[OsStr::new(other)]);
+                for other in ["jpg", "PNG", "webp"] {
+                    let other = format!("x-{number}.{other}");
+                    let (code, text) = place.checked(words, &[OsStr::new(&other)]);
                     if !endings.is_empty() {
                         assert_eq!(code, 2, "{words:?} {other}: {text}");
-                        assert!(text.contains(endings[0]) && !place.path(other).exists(), "{text}");
+                        assert!(text.contains(endings[0]) && !place.path(&other).exists(), "{text}");
                     }
                 }
             }

@@ -250,7 +250,7 @@ fn an_interrupted_campaign_says_what_it_keeps() {
 fn bad_campaigns_are_refused_by_name() {
     let dir = tempfile::tempdir().unwrap();
     let dir = dir.path();
-    refused(dir, &["run", "none.toml"], &["none.toml", "cannot be read"]);
+    refused(dir, &["run", "none.toml"], &["none.toml", "need a campaign file"]);
     let many = format!("scenarios = {:?}", (0..5000).map(|number| number.to_string()).collect::<Vec<_>>());
     for (from, to, says) in [
         ("seed = 11", "sead = 11", "sead"),

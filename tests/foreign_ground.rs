@@ -141,7 +141,7 @@ fn a_format_that_is_not_read_is_converted_by_one_printed_command() {
     assert!(called().contains("-if HFA") && !called().contains("-if VRT"), "{}", called());
     assert!(called().lines().nth(1).unwrap().starts_with("VRT,"), "{}", called());
     // What was converted once is read again, and what is read needs no conversion.
-    let words = ["run", "--lockstep", "--dem", "dem.img", "--convert"];
+    let words = ["scenario", "check", "--dem", "dem.img", "--convert"];
     let again = mission.hopper(&words).env("PATH", &programs).output().unwrap();
     assert_eq!(again.status.code(), Some(0), "{}", stderr(&again));
     let plain = mission.hopper(&["scenario", "check", "--dem", "made.tif", "--convert"]).output().unwrap();

@@ -49,7 +49,7 @@ fn a_foreign_journal_is_refused_by_name() {
     for (words, field, got) in [
         (&["--seed", "32"][..], "seed", "31"),
         (&["--seed", "31", "--scenario", "sandy"], "scenario", "hard"),
-        (&["--seed", "31", "--profile", "hopper"], "scenario", "hard"),
+        (&["--seed", "31", "--profile", "hopper"], "profile", "paper-2023"),
     ] {
         let mut sim = mission.start("sim", words);
         assert_eq!(sim.code(), 2, "{}", sim.log());
@@ -117,9 +117,15 @@ fn a_journal_in_use_is_refused_naming_its_holder() {
 fn lockstep_refuses_a_folder_that_holds_a_journal() {
     let mission = Mission::new("again");
     flown(&mission, "31");
-    let output = mission.hopper(&["run", "--lockstep", "--out", ".", "--seed", "31"]).output().unwrap();
+    let before = std::fs::read(journal_file(&mission)).unwrap();
+    let output = mission.hopper(&["run", "--lockstep", "--out", ".", "--seed", "32"]).output().unwrap();
     assert_eq!(output.status.code(), Some(2));
     assert!(stderr(&output).contains("--out"), "{}", stderr(&output));
+    // Of the same mission nothing is left to fly.
+    let output = mission.hopper(&["run", "--lockstep", "--out", ".", "--seed", "31"]).output().unwrap();
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    assert!(stderr(&output).contains("already ended"), "{}", stderr(&output));
+    assert!(std::fs::read(journal_file(&mission)).unwrap() == before);
 }
 
 /// P-VERIFY: verify and show give programs what they need.

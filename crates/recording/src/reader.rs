@@ -143,7 +143,7 @@ impl<'a> Recording<'a> {
                     schemas.insert(id, name);
                 }
                 kind::CHANNEL => {
-                    let (id, schema, topic, encoding, _) = layout::channel(record.body)?;
+                    let (id, schema, topic, encoding) = layout::channel(record.body)?;
                     let known = Channel::of(&topic).filter(|known| {
                         encoding == "protobuf"
                             && schemas.get(&schema).map(String::as_str) == Some(known.schema())
@@ -238,12 +238,9 @@ impl<'a> Recording<'a> {
                 kind::MESSAGE_INDEX if layout::is_message_index(record.body) => {}
                 kind::ATTACHMENT => self.attachments += 1,
                 // An unknown record may be a chunk with a damaged opcode, unless a checksum proves that it is none.
+                other if !ended && other >= kind::PRIVATE && checksum.is_right(bytes, at) => {}
                 other if !ended && other != kind::DATA_END => {
-                    if other < kind::PRIVATE || !checksum.is_right(bytes, at) {
-                        return Err(located(&format!(
-                            "a record of unexpected kind {other:#04x} in the data"
-                        )));
-                    }
+                    return Err(located(&format!("a record of unexpected kind {other:#04x} in the data")));
                 }
                 kind::DATA_END => {
                     let need =

@@ -227,7 +227,8 @@ fn relative(path: &Path, folder: &Path) -> Option<PathBuf> {
     while let (Some(one), Some(other)) = (path.peek(), folder.peek())
         && one == other
     {
-        (path.next(), folder.next());
+        path.next();
+        folder.next();
         common += 1;
     }
     (common > 1).then(|| folder.map(|_| Component::ParentDir).chain(path).collect())
