@@ -124,7 +124,7 @@ export class Choice {
     }
   }
 
-  /** Another planner takes command, from the due decision on. */
+  /** Another planner takes command, from the next decision on that nobody has commanded yet. */
   async handOver() {
     try {
       if (await this.ask("hand_over", { planner: this.planner.value })) this.tell("");

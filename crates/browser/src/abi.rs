@@ -201,7 +201,7 @@ extern "C" fn order() -> i32 {
     })
 }
 
-/// Has the planner that the input names command from the due decision on.
+/// Has the planner that the input names command from the next decision on that nobody has commanded yet.
 #[unsafe(no_mangle)]
 extern "C" fn hand_over() -> i32 {
     answer(|module| {

@@ -136,7 +136,7 @@ impl Session {
         self.wishes.orders.borrow_mut().push(order);
     }
 
-    /// Has a fresh planner of this name command from the due decision on.
+    /// Has a fresh planner of this name command from the next decision on that nobody has commanded yet.
     ///
     /// # Errors
     /// If no planner of this name suits the mission.

@@ -41,6 +41,8 @@ fn handed_over(scenario: &str, first: &str, turnovers: &[(u64, &str)]) -> [Strin
     for (from, planner) in turnovers {
         fly_to(&mut session, *from);
         session.hand_over(planner).unwrap();
+        // A command that is under way already is executed first.
+        assert!(!session.turn().unwrap());
         planners.push(Turnover { from: session.decision().0, planner: (*planner).into() });
     }
     while !session.turn().unwrap() {}
@@ -50,7 +52,7 @@ fn handed_over(scenario: &str, first: &str, turnovers: &[(u64, &str)]) -> [Strin
 
 /// P-BROWSER-HAND-OVER: for each planner that a page offers, for a hopper and for rovers, once and twice.
 #[test]
-fn who_is_handed_over_to_commands_every_robot_from_the_due_decision_on() {
+fn who_is_handed_over_to_commands_every_robot_from_the_next_decision_on() {
     for (scenario, first) in [("hard", "mdp"), ("coverage", "cover_frontier")] {
         let unchanged = browser::fly(&request(scenario), &Arc::from([])).unwrap().digest;
         let suited = begin(scenario).suited().to_vec();
@@ -58,10 +60,10 @@ fn who_is_handed_over_to_commands_every_robot_from_the_due_decision_on() {
         let mut changed = 0;
         for planner in suited {
             let [live, at_once] = handed_over(scenario, first, &[(5, planner)]);
-            assert_eq!(live, at_once, "{scenario}: {planner} from decision 5 on");
+            assert_eq!(live, at_once, "{scenario}: {planner} after decision 5");
             changed += u32::from(live != unchanged);
             let [live, at_once] = handed_over(scenario, first, &[(3, planner), (6, first)]);
-            assert_eq!(live, at_once, "{scenario}: {planner} from 3 to 6");
+            assert_eq!(live, at_once, "{scenario}: {planner} after 3, {first} after 6");
         }
         assert!(changed > 0, "{scenario}: some planner decides otherwise");
     }

@@ -163,7 +163,7 @@ impl<'c> Flight<'c> {
         self.sim.arbiter().routes().cloned().collect()
     }
 
-    /// Has a fresh planner of this name command all robots from the due decision on.
+    /// Has a fresh planner of this name command all robots from the next decision on that nobody has commanded yet.
     pub fn hand_over(&mut self, planner: Name) {
         let from = self.state().decision;
         self.successors.push_front(Successor { from, robots: RobotSet::ALL, planner });

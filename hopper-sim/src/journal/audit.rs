@@ -122,6 +122,7 @@ impl Audit {
         let (held, leader) = (self.leaders.get(&record.robot).copied().unwrap_or_default(), record.leader);
         let is_led = held != Leader::default();
         let (stays, rises) = (leader == held, leader.term == held.term.next());
+        let may_command = rises || stays && is_led;
         if record.origin.is_fallback() && !stays {
             return Err((
                 "leader",
@@ -129,7 +130,7 @@ impl Audit {
                 format!("{leader:?}"),
             ));
         }
-        if !record.origin.is_fallback() && !(stays && is_led) && !rises {
+        if !record.origin.is_fallback() && !may_command {
             let need = match is_led {
                 true => format!("{held:?}, or another one under term {}", held.term.next()),
                 false => format!("one under term {}", held.term.next()),
