@@ -167,7 +167,7 @@ impl Batch {
             for ((trial, planes), numbers) in
                 trials.iter().zip(planes.chunks_exact(size)).zip(numbers.chunks_exact(NUMBERS))
             {
-                self.ground.window(trial, self.window, &mut window);
+                trial.window(&self.ground, self.window, &mut window);
                 planes.iter().zip(&window).for_each(|(to, from)| to.set(*from));
                 let values = trial.numbers(self.ground.brief());
                 numbers.iter().zip(values).for_each(|(to, value)| to.set(value));
@@ -188,7 +188,7 @@ impl Batch {
         guarded(|| {
             let trials = locked(&self.trials);
             let trial = trials.get(index).ok_or_else(|| no_mission(index, trials.len()))?;
-            let digest = self.ground.digest(trial);
+            let digest = trial.digest(&self.ground);
             digest.map(|digest| digest.to_string()).ok_or_else(|| {
                 crate::error("the digest's mission and the environment's differ: this is a defect of hopper")
             })
@@ -202,13 +202,13 @@ impl Batch {
             let trial = trials.get(index).ok_or_else(|| no_mission(index, trials.len()))?;
             let (rows, columns) = self.ground.shape(0);
             let mut planes = vec![0.0; PLANES * rows * columns];
-            self.ground.window(trial, 0, &mut planes);
+            trial.window(&self.ground, 0, &mut planes);
             let Brief { start, goal, .. } = *self.ground.brief();
             let table = Columns::new(py);
             table.add("planes", planes.into_iter())?;
             pairs(&table, "route", trial.route.iter().copied())?;
             pairs(&table, "ends", [start, goal].into_iter())?;
-            pairs(&table, "treasures", self.ground.treasures_in_sight(trial))?;
+            pairs(&table, "treasures", trial.treasures_in_sight(&self.ground))?;
             Ok(table.into_dict())
         })
     }

@@ -1,6 +1,11 @@
 //! One mission of a batch.
 
-use contract::{Action, Brief, Cell, Collected, Decision, RobotId, Status};
+use contract::{
+    Action, Brief, Cell, Collected, Decision, Digest, Leader, MonotonicNs, Origin, Record, RobotId, Status,
+    Timing, Vetoed,
+};
+use hopper_sim::dynamics::execute;
+use hopper_sim::{Arbiter, Mission, Pace, ROBOT};
 use motion::{Domain, Draw, landing, steps};
 
 use crate::ground::Ground;
@@ -108,6 +113,90 @@ impl Trial {
         let [x, y, to_x, to_y] =
             [self.cell.x, self.cell.y, goal.x - self.cell.x, goal.y - self.cell.y].map(|value| value as f32);
         [x, y, to_x, to_y, left]
+    }
+
+    /// Writes the planes around the hopper: rows from south to north. What lies beyond the grid is seen and impassable.
+    pub fn window(&self, ground: &Ground, side: usize, planes: &mut [f32]) {
+        let grid = ground.brief().grid;
+        let (width, height) = (grid.width as i32, grid.height as i32);
+        let (rows, columns) = ground.shape(side);
+        let (west, south) = match side {
+            0 => (0, 0),
+            side => (self.cell.x - side as i32 / 2, self.cell.y - side as i32 / 2),
+        };
+        let size = rows * columns;
+        let (heights, rest) = planes.split_at_mut(size);
+        let (sand, rest) = rest.split_at_mut(size);
+        let (impassable, seen) = rest.split_at_mut(size);
+        heights.fill(0.0);
+        sand.fill(0.0);
+        impassable.fill(1.0);
+        seen.fill(1.0);
+        let first = (-west).max(0);
+        let count = (width - west).min(columns as i32) - first;
+        if count <= 0 {
+            return;
+        }
+        let (first, count) = (first as usize, count as usize);
+        for row in 0..rows {
+            let y = south + row as i32;
+            if !(0..height).contains(&y) {
+                continue;
+            }
+            let from = (y * width + west + first as i32) as usize;
+            let to = row * columns + first;
+            let here = &self.seen[from..from + count];
+            for at in 0..count {
+                heights[to + at] = ground.height_m[from + at] * here[at];
+                sand[to + at] = ground.sand[from + at] * here[at];
+                impassable[to + at] = ground.impassable[from + at] * here[at];
+                seen[to + at] = here[at];
+            }
+        }
+    }
+
+    /// The digest of what was done by hopper-sim's own dynamics; `None` if they lead elsewhere.
+    pub fn digest(&self, ground: &Ground) -> Option<Digest> {
+        let mission = &Mission { seed: self.seed, ..ground.mission.clone() };
+        let now = MonotonicNs(0);
+        let mut state = *Arbiter::new(mission.clone(), None, Pace::Max, 0, now).state();
+        for &action in &self.actions {
+            let execution = execute(mission, &state, action);
+            let mut record = Record {
+                robot: ROBOT,
+                decision: state.decision,
+                leader: Leader::default(),
+                action,
+                origin: Origin::Planner,
+                vetoed: Vetoed::NONE,
+                observation: 0,
+                work: 0,
+                cut: false,
+                outcome: execution.outcome,
+                pose: execution.pose,
+                collected: execution.collected,
+                visits: execution.visits,
+                steps: execution.steps,
+                status: execution.status,
+                timing: Timing::default(),
+                previous: state.digest,
+                digest: state.digest,
+            };
+            record.digest = state.digest.chain(&record);
+            state = record.state_after(mission.brief.run, now, now);
+        }
+        let same = (state.pose.cell, state.steps, state.collected, state.status)
+            == (self.cell, self.steps, self.collected, self.status);
+        same.then_some(state.digest)
+    }
+
+    /// Cells of the treasures that it has seen and not collected.
+    pub fn treasures_in_sight(&self, ground: &Ground) -> impl Iterator<Item = Cell> {
+        let treasures = ground.mission.terrain.treasures.iter().enumerate();
+        treasures.filter_map(|(number, &cell)| {
+            let is_seen = ground.brief().grid.index(cell).is_some_and(|index| self.seen[index] > 0.0);
+            (is_seen && self.collected.0 & 1 << number == 0).then_some(cell)
+        })
     }
 }
 

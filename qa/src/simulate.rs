@@ -10,10 +10,10 @@ use rayon::prelude::*;
 use report::Format;
 use serde::Serialize;
 
-use simulation::checker::Violation;
 use simulation::coverage::Coverage;
 use simulation::fault::Plan;
 use simulation::setup::Missions;
+use simulation::violation::Violation;
 use simulation::{Line, Report, Sometimes, shrink, simulate};
 
 /// Seeds simulated before anything is looked at, for each job.

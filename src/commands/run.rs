@@ -77,6 +77,7 @@ pub struct Args {
 ///
 /// # Errors
 /// Exit code 2 if an argument, the scenario or the output folder is wrong; 1 if the processes cannot run.
+// Long: one step of a run after the other.
 pub fn run(args: &Args) -> Result<Exit, Failure> {
     check(args)?;
     let args = &Args { planners_from: journal_of(args)?, ..args.clone() };

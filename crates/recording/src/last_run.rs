@@ -39,6 +39,7 @@ pub struct RecordedRun {
 ///
 /// # Errors
 /// If there is no brief, or a message is malformed.
+// Long: an arm for each kind of message.
 pub fn last_run(recording: &Recording<'_>) -> Result<RecordedRun, RecordingError> {
     let mut run: Option<RecordedRun> = None;
     let mut timings: BTreeMap<Decision, DecisionTiming> = BTreeMap::new();

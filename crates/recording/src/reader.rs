@@ -184,6 +184,7 @@ impl<'a> Recording<'a> {
         self.sections.iter().map(AsRef::as_ref)
     }
 
+    // Long: an arm for each kind of record.
     fn scan(&mut self) -> Result<(), String> {
         let (bytes, mut at, mut ended) = (self.bytes, MAGIC.len(), false);
         let mut budget = DECOMPRESSED_BYTES_MAX;

@@ -20,7 +20,6 @@ use contract::{
 use hopper_sim::dynamics::{Execution, execute};
 use hopper_sim::{Arbiter, Mission};
 use report::Tally;
-use serde::Serialize;
 
 use self::dependence::Dependence;
 use crate::chance::Chance;
@@ -35,15 +34,7 @@ use crate::robots::Robots;
 use crate::scouts::Scouts;
 use crate::setup::{self, Setup};
 use crate::tempo::Tempo;
-
-/// A promise that did not hold.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub struct Violation {
-    /// The promise that was broken, by its name in this file.
-    pub rule: &'static str,
-    /// What was needed, and what was seen instead.
-    pub detail: String,
-}
+use crate::violation::Violation;
 
 /// Routes that a robot announces at most before it goes on: two planners may command it in turn.
 const ANNOUNCEMENTS_MAX: u64 = 4;

@@ -44,6 +44,7 @@ pub mod simulation;
 mod stamps;
 pub mod stream;
 mod tempo;
+pub mod violation;
 mod work_loops;
 mod world;
 

@@ -9,9 +9,9 @@ use hopper_sim::dynamics::Execution;
 use hopper_sim::{Arbiter, Effect, Event, Mission};
 
 use crate::chance::Chance;
-use crate::checker::Violation;
 use crate::coverage::Coverage;
 use crate::robots::Robots;
+use crate::violation::Violation;
 
 /// Decisions that are played at most.
 const DECISIONS_MAX: usize = 12;

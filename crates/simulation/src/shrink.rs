@@ -1,7 +1,7 @@
 //! Makes a failing plan small: fewer faults first, then milder ones.
 
-use crate::checker::Violation;
 use crate::fault::{Fault, Kind, Plan};
+use crate::violation::Violation;
 
 /// Simulations that shrinking may take.
 const TRIES_MAX: usize = 400;

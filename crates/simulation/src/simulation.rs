@@ -17,7 +17,6 @@ use process::{Exit, Failure};
 use serde::Serialize;
 use tracing::subscriber::{NoSubscriber, with_default};
 
-use crate::checker::Violation;
 use crate::coverage::Coverage;
 use crate::disk::Disk;
 use crate::fault::{Fault, Kind, Plan, Victim};
@@ -26,6 +25,7 @@ use crate::forgery::forge;
 use crate::life::Life;
 use crate::ports::SimulatedPorts;
 use crate::setup::{self, Seat, Setup};
+use crate::violation::Violation;
 use crate::work_loops;
 use crate::world::{Event, Line, MS, ProcessFault, Shared, World};
 

@@ -51,6 +51,7 @@ impl<R: BufRead + Seek> AsciiGrid<R> {
 
     /// Reads the header: keywords with a value each, in any order, until a number appears in place of a
     /// keyword.
+    // Long: a case for each word that may stand in a header.
     pub fn open(mut reader: R) -> Result<Self, TerrainError> {
         let mut start = Vec::new();
         (&mut reader).take(BYTE_ORDER_MARK.len() as u64).read_to_end(&mut start)?;

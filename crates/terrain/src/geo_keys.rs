@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use crate::TerrainError;
-use crate::crs::{self, CoordinateSystem, Heights, Kind};
+use crate::crs::{self, CoordinateSystem, EARTH_RADIUS_M, Heights, Kind};
 use crate::raster_header::PixelIs;
 use crate::unit::LengthUnit;
 
@@ -26,9 +26,6 @@ const TEXT_TAG: u16 = 34737;
 
 /// What ArcGIS writes in front of the well-known text that it puts into a citation.
 const ESRI_TEXT: &str = "ESRI PE String =";
-
-/// Equatorial radius of the Earth (WGS 84), metres. Geographic systems with a code of EPSG are all the Earth's.
-pub(crate) const EARTH_RADIUS_M: f64 = 6_378_137.0;
 
 /// The keys with short integer values, and the texts that name the coordinate system.
 #[derive(Debug, Default)]

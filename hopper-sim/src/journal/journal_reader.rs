@@ -7,9 +7,7 @@ use std::path::{Path, PathBuf};
 use contract::{Action, Record, Route};
 
 use super::reader::Reader;
-use super::{
-    FILE_NAME, JournalError, JournalHeader, RECORD_BYTES_MAX, Storage, TORN_BYTES_MAX, Verification, frame,
-};
+use super::{FILE_NAME, JournalError, JournalHeader, RECORD_BYTES_MAX, Storage, TORN_BYTES_MAX, frame};
 
 /// A journal as long as it was when it was opened, so that one still being written may be read.
 #[derive(Debug)]
@@ -48,15 +46,8 @@ impl<S: Storage> JournalReader<S> {
         Ok(Self { path, file, header, start, file_bytes })
     }
 
-    /// What shows missions is given those alone whose records can have been flown.
-    ///
-    /// # Errors
-    /// [`JournalError::NotSound`] if the records are not sound; else if they cannot be read through.
-    pub fn require_sound(&self) -> Result<(), JournalError> {
-        match Verification::of(self)?.faults() {
-            faults if faults.is_empty() => Ok(()),
-            faults => Err(JournalError::NotSound { path: self.path.clone(), faults }),
-        }
+    pub(super) fn path(&self) -> &Path {
+        &self.path
     }
 
     pub(super) fn into_file(self) -> S {

@@ -231,3 +231,16 @@ fn ground(header: &JournalHeader) -> Result<Arc<Terrain>, String> {
 pub fn verify(dir: &Path) -> Result<Verification, JournalError> {
     Verification::of(&JournalReader::open(dir)?)
 }
+
+impl<S: Storage> JournalReader<S> {
+    /// What shows missions is given those alone whose records can have been flown.
+    ///
+    /// # Errors
+    /// [`JournalError::NotSound`] if the records are not sound; else if they cannot be read through.
+    pub fn require_sound(&self) -> Result<(), JournalError> {
+        match Verification::of(self)?.faults() {
+            faults if faults.is_empty() => Ok(()),
+            faults => Err(JournalError::NotSound { path: self.path().into(), faults }),
+        }
+    }
+}

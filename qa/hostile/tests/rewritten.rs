@@ -222,7 +222,7 @@ fn a_chunk_that_grows_beyond_its_size_or_is_packed_otherwise_is_refused_by_name(
         let told = fault(&[chunk(name, u64::MAX, 0, &stored)]);
         assert!(told.contains("at most"), "{told}");
     }
-    assert!(CHUNK_BYTES_MAX < DECOMPRESSED_BYTES_MAX);
+    const { assert!(CHUNK_BYTES_MAX < DECOMPRESSED_BYTES_MAX) };
     for other in ["snappy", "bz2", "ZSTD", "none"] {
         let told = fault(&[chunk(other, 4, 0, b"data")]);
         assert!(told.contains(&format!("compressed by {other:?}, need zstd, lz4 or none")), "{told}");

@@ -16,8 +16,8 @@ use rustix::process::{Pid, Signal, kill_process};
 use serde::Serialize;
 use simulation::setup::Seat;
 
-use super::World;
 use super::plan::{Fault, FaultTime, Plan};
+use super::world::{Undisturbed, World};
 
 /// Pause between two checks of the processes.
 const POLL: Duration = Duration::from_micros(300);
@@ -39,17 +39,6 @@ const KILL: i32 = Signal::KILL.as_raw();
 
 /// Exit code of a process that was told to end.
 const TOLD: i32 = Exit::Interrupted as i32;
-
-/// Result of the same mission without faults, flown in lockstep.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Undisturbed {
-    /// Digest of its last decision.
-    pub digest: Digest,
-    /// Status in which it ended.
-    pub outcome: Status,
-    /// Number of its decisions.
-    pub decisions: u64,
-}
 
 /// A fault that was injected.
 #[derive(Clone, Copy, Debug)]

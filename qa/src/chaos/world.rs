@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use contract::{MonotonicNs, Name, RobotId, RobotSet};
+use contract::{Digest, MonotonicNs, Name, RobotId, RobotSet, Status};
 use hopper_sim::shell::MissionArgs;
 use hopper_sim::{Mission, Pace};
 use lockstep::PlannerSchedule;
@@ -10,7 +10,16 @@ use node::Failure;
 use scenario::ResolvedScenario;
 use simulation::setup::Seat;
 
-use super::mission::Undisturbed;
+/// Result of the same mission without faults, flown in lockstep.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Undisturbed {
+    /// Digest of its last decision.
+    pub digest: Digest,
+    /// Status in which it ended.
+    pub outcome: Status,
+    /// Number of its decisions.
+    pub decisions: u64,
+}
 
 /// A mission without its seed, and who plans for which robots.
 #[derive(Clone, Debug)]

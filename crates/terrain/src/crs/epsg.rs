@@ -1,7 +1,6 @@
 //! Codes of coordinate systems: those of EPSG, and those of the IAU for other bodies.
 
-use super::{CoordinateSystem, Heights, Kind, proj_string};
-use crate::geo_keys::EARTH_RADIUS_M;
+use super::{CoordinateSystem, EARTH_RADIUS_M, Heights, Kind, proj_string};
 use crate::unit::LengthUnit;
 
 /// Code of the unit of heights of EPSG's vertical systems whose heights are not in metres, upwards (EPSG 11).

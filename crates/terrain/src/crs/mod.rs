@@ -15,6 +15,9 @@ pub(crate) use epsg::{of_code, vertical};
 
 use crate::unit::LengthUnit;
 
+/// Equatorial radius of the Earth (WGS 84), metres. Geographic systems with a code of EPSG are all the Earth's.
+pub(crate) const EARTH_RADIUS_M: f64 = 6_378_137.0;
+
 /// Longest name of a coordinate system that is kept, characters.
 const NAME_CHARACTERS_MAX: usize = 80;
 
@@ -76,7 +79,11 @@ impl CoordinateSystem {
         let system = if text.starts_with('{') {
             projjson::read(text)?
         } else if proj_string::is_like(text) {
-            proj_string::read(text)?
+            match proj_string::initial_code(text) {
+                Some(code) => epsg::of_text(&code)
+                    .unwrap_or_else(|| Err(format!("a code after +init=, got {code:?}")))?,
+                None => proj_string::read(text)?,
+            }
         } else if let Some(system) = epsg::of_text(text) {
             system?
         } else if wkt::is_like(text) {

@@ -2,8 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::{CoordinateSystem, Heights, Kind, beginning, body_radius, epsg};
-use crate::geo_keys::EARTH_RADIUS_M;
+use super::{CoordinateSystem, EARTH_RADIUS_M, Heights, Kind, beginning, body_radius};
 use crate::unit::LengthUnit;
 
 pub(super) fn is_like(text: &str) -> bool {
@@ -14,16 +13,24 @@ pub(super) fn is_like(text: &str) -> bool {
         || lower.contains("+init")
 }
 
-pub(super) fn read(text: &str) -> Result<CoordinateSystem, String> {
-    let lower = text.to_ascii_lowercase();
-    let parameters: BTreeMap<&str, &str> = lower
+/// What stands behind each `+key=`, in small letters.
+fn parameters(lower: &str) -> BTreeMap<&str, &str> {
+    lower
         .split(|c: char| c.is_whitespace() || c == '+')
         .filter_map(|word| word.split_once('='))
         .map(|(key, value)| (key.trim(), value.trim().trim_matches(['"', '\''])))
-        .collect();
-    if let Some(code) = parameters.get("init") {
-        return epsg::of_text(code).unwrap_or_else(|| Err(format!("a code after +init=, got {code:?}")));
-    }
+        .collect()
+}
+
+/// The code that stands for the whole system: `+init=epsg:32633`.
+pub(super) fn initial_code(text: &str) -> Option<String> {
+    parameters(&text.to_ascii_lowercase()).get("init").map(|code| (*code).to_owned())
+}
+
+/// Reads a string that names no code.
+pub(super) fn read(text: &str) -> Result<CoordinateSystem, String> {
+    let lower = text.to_ascii_lowercase();
+    let parameters = parameters(&lower);
     let projection = parameters.get("proj").ok_or_else(|| format!("+proj=, got {}", beginning(text)))?;
     let number = |key: &str| parameters.get(key).and_then(|value| value.parse::<f64>().ok());
     let kind = match *projection {
