@@ -84,12 +84,12 @@ pub(crate) fn schema(body: &[u8]) -> Option<(u16, String, String, &[u8])> {
     Some((id, name, encoding, cursor.take(length as usize)?))
 }
 
-/// Id, schema id, topic and message encoding of a channel, whose metadata must be whole too.
-pub(crate) fn channel(body: &[u8]) -> Option<(u16, u16, String, String)> {
+/// Id, schema id, topic, message encoding and metadata of a channel.
+type Channel = (u16, u16, String, String, BTreeMap<String, String>);
+
+pub(crate) fn channel(body: &[u8]) -> Option<Channel> {
     let mut cursor = Cursor(body);
-    let channel = (cursor.u16()?, cursor.u16()?, cursor.text()?, cursor.text()?);
-    cursor.map()?;
-    Some(channel)
+    Some((cursor.u16()?, cursor.u16()?, cursor.text()?, cursor.text()?, cursor.map()?))
 }
 
 /// Channel id, sequence number, log time, publish time (both nanoseconds) and data of a message.

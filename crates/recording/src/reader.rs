@@ -143,7 +143,7 @@ impl<'a> Recording<'a> {
                     schemas.insert(id, name);
                 }
                 kind::CHANNEL => {
-                    let (id, schema, topic, encoding) = layout::channel(record.body)?;
+                    let (id, schema, topic, encoding, _) = layout::channel(record.body)?;
                     let known = Channel::of(&topic).filter(|known| {
                         encoding == "protobuf"
                             && schemas.get(&schema).map(String::as_str) == Some(known.schema())
