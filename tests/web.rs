@@ -437,7 +437,7 @@ fn the_key_is_in_no_argument_and_in_no_file_of_others() {
     let log = run.log();
     let url = log.split("page at ").nth(1).unwrap().split_whitespace().next().unwrap();
     let key = url.split_once("#key=").unwrap().1;
-    mission.await_decisions(1);
+    run.await_log("hop 1,");
 
     let given = std::fs::read_to_string(&opened).unwrap();
     let file = Path::new(given.trim_end());

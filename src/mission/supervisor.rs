@@ -243,12 +243,18 @@ impl Supervisor {
                 waiting = Some((is_vital, launch.name_of(child)));
             }
         }
-        let holder = waiting.as_ref().and_then(|_| self.node.instance().held_up_by());
-        let (Some((is_vital, who)), Some(holder)) = (waiting, holder) else {
+        let is_of_interest = waiting.is_some() || self.in_the_way.is_some();
+        let holder = if is_of_interest { self.node.instance().held_up_by() } else { None };
+        let Some(holder) = holder else {
             self.in_the_way = None;
             return Ok(());
         };
         let known = self.in_the_way.take().filter(|known| known.holder.pid == holder.pid);
+        let Some((is_vital, who)) = waiting else {
+            // Whoever gave up waiting is started again, and the same process is still in its way.
+            self.in_the_way = known;
+            return Ok(());
+        };
         let since = known.as_ref().map_or(now, |known| known.since);
         let lasts = now.since_ns(since);
         // Whoever makes its ports is seen at it many times, for a moment each.

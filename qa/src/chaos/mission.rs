@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Duration;
 
-use contract::{Digest, MonotonicNs, Role, Status};
+use contract::{MonotonicNs, Role};
 use hopper::mission::child::Supervised;
 use hopper::mission::comparison::against_lockstep;
 use hopper_sim::{Journal, JournalReader};
