@@ -185,9 +185,10 @@ fn whoever_was_dead_is_named_as_the_cause() {
         monitor.code();
     }
     drop((sim, perception, perception_again, planner));
-    let all = ["hopper-sim restart", "perception restart", "planner restart"];
+    // A resumed hopper-sim lands its hop anew, so no decision contains its restart.
+    let all = ["perception restart", "planner restart"];
     for (report, need) in
-        [(living, &all[..]), (report(&["early.mcap"]), &all[..]), (report(&["late.mcap"]), &all[1..2])]
+        [(living, &all[..]), (report(&["early.mcap"]), &all[..]), (report(&["late.mcap"]), &all[..1])]
     {
         for cause in need {
             assert!(report["causes"][*cause][0].as_u64() > Some(0), "{cause} is not in {}", report["causes"]);

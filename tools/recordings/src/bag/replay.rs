@@ -329,9 +329,9 @@ mod tests {
                 false,
                 "its decisions are those of my_planner, a planner of one's own: name one of mdp",
             ),
-            ("my_planner", true, "got \"my_planner\""),
-            ("MDP", true, "got \"MDP\""),
-            ("", true, "got \"\""),
+            ("my_planner", true, "\"my_planner\""),
+            ("MDP", true, "\"MDP\""),
+            ("", true, "\"\""),
             ("clairvoyant", true, "needs the whole ground"),
         ] {
             let failure = check(name, is_given, &brief).expect_err(name);
