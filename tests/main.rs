@@ -38,7 +38,6 @@ mod packages;
 mod page;
 mod physics;
 mod python;
-mod readiness;
 mod rogue;
 mod rovers;
 mod scouts;
