@@ -120,7 +120,7 @@ fn lockstep_refuses_a_folder_that_holds_a_journal() {
     let before = std::fs::read(journal_file(&mission)).unwrap();
     let output = mission.hopper(&["run", "--lockstep", "--out", ".", "--seed", "32"]).output().unwrap();
     assert_eq!(output.status.code(), Some(2));
-    assert!(stderr(&output).contains("--out"), "{}", stderr(&output));
+    assert!(stderr(&output).contains("seed needs 32, got 31"), "{}", stderr(&output));
     // Of the same mission nothing is left to fly.
     let output = mission.hopper(&["run", "--lockstep", "--out", ".", "--seed", "31"]).output().unwrap();
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
