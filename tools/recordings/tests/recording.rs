@@ -142,7 +142,7 @@ fn latency_is_reported_from_a_recording_and_from_a_running_instance() {
     assert_eq!(mission.hopper(&alone).output().unwrap().status.code(), Some(4));
 }
 
-/// P-LATENCY-DEAD: whichever process was killed is named, by a recording that began before, by one that began while it was dead, and
+/// P-LATENCY-DEAD: a perception or planner that was killed is named, by a recording that began before, by one that began while it was dead, and
 /// by a report that begins when it lives again.
 #[test]
 fn whoever_was_dead_is_named_as_the_cause() {
