@@ -60,7 +60,7 @@ pub struct Args {
     /// which the log names.
     #[arg(long, value_name = "ADDR", num_args = 0..=1, default_missing_value = FOXGLOVE_ADDRESS, value_parser = address)]
     foxglove: Option<SocketAddr>,
-    /// Let viewers in a browser connect whose pages are of this origin, e.g. https://app.foxglove.dev; may be repeated.
+    /// Let viewers in a browser connect whose pages are of this origin, e.g. `https://app.foxglove.dev`; may be repeated.
     /// Programs, which send no Origin, and pages of this machine need not be named.
     #[arg(long, requires = "foxglove", value_name = "ORIGIN", value_parser = origin)]
     foxglove_origin: Vec<String>,

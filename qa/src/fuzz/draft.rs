@@ -68,7 +68,7 @@ pub struct Draft {
 }
 
 impl Draft {
-    /// The mission of a seed; `None` if none of [`DRAFTS_MAX`] can be flown.
+    /// The mission of a seed; `None` if none of 400 drafts can be flown.
     #[must_use]
     pub fn of(kind: Kind, seed: u64) -> Option<Self> {
         let mut chance = Chance::new(seed, "fuzz");
