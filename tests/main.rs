@@ -38,6 +38,7 @@ mod packages;
 mod page;
 mod physics;
 mod python;
+mod readiness;
 mod rogue;
 mod rovers;
 mod scouts;
