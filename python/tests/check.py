@@ -104,7 +104,7 @@ def errors():
                Raising(lambda: answer))
     raises(hopper.HopperError, "a planner is a name or has a method decide", hopper.run, "hard", object())
     raises(hopper.HopperError, "a planner needs a method decide", hopper.fly, object())
-    raises(hopper.HopperError, "got \"oracle\"", hopper.run, "hard", "oracle")
+    raises(hopper.HopperError, "no planner is called \"oracle\"", hopper.run, "hard", "oracle")
     raises(hopper.HopperError, "scenario hard needs one of the planners", hopper.run, "hard", "cover_frontier")
     raises(hopper.HopperError, "nowhere", hopper.run, "nowhere")
     raises(hopper.HopperError, "a profile is", hopper.run, "hard", profile="paper")
