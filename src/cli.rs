@@ -127,7 +127,7 @@ enum Command {
     /// [hopper-qa] Kill, stop and restart real processes of real missions, and count the effects.
     #[command(disable_help_flag = true)]
     Chaos(Passed),
-    /// [hopper-qa] Fly a long patrol, kill its processes in turn, and check that nothing grows.
+    /// [hopper-qa] Fly a long mission, kill its processes in turn, and check that nothing grows.
     #[command(disable_help_flag = true)]
     Endure(Passed),
     /// [hopper-manual] Print the completions for a shell.

@@ -39,7 +39,7 @@ fn expected(costs: &Costs, least: &[u64], grid: &Grid, here: Cell) -> Search {
     }
     let begins = |direction: &Direction| {
         let hop = costs.hops[index][*direction as usize];
-        hop != FORBIDDEN && hop + least[grid.index(grid.hop(here, *direction)).unwrap()] == cost
+        hop != FORBIDDEN && hop.saturating_add(least[grid.index(grid.hop(here, *direction)).unwrap()]) == cost
     };
     Search::Found(Found { direction: Direction::ALL.into_iter().find(begins).unwrap(), cost })
 }
