@@ -1,6 +1,9 @@
 //! A team of which a planner is missing: who that is, how it is told, and how it ends.
 
 use crate::harness::{Mission, Process, eventually, json, lockstep, stderr};
+use contract::{Decision, RobotId, RobotSet, Role, RunId, Status};
+use node::Node;
+use process::{Membership, Terms};
 use rustix::process::{Pid, Signal, kill_process};
 
 /// The process of `run` that plans for that robot, unless it is `last`.
@@ -77,19 +80,107 @@ fn robots_without_a_planner_are_named_before_their_turn_comes() {
     }
     let mut sim = mission.start("sim", &["--scenario", "coverage", "--wait", "10s"]);
     let missing = "a planner of robots 1, 2 and 3";
-    let command = "--robot 1,2,3";
+    let command = "--robot 1";
     eventually("doctor to name the robots", || {
         let output =
             mission.hopper(&["doctor", "--instance", &mission.name, "--format", "json"]).output().unwrap();
         assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
         let advice = json(&output)["instances"][0]["advice"].to_string();
         let hint = format!("`hopper planner --instance {} {command}`", mission.name);
-        sim.has_ended().is_some() || advice.contains(&format!("{missing} is missing: start {hint}"))
+        sim.has_ended().is_some()
+            || advice.contains(&format!("{missing} is missing: start {hint}, and one for each"))
     });
     assert!(sim.has_ended().is_none(), "{}", sim.log());
     assert_eq!(sim.code(), 4, "{}", sim.log());
     let log = sim.log();
     for line in ["waiting for", "waited 10s for"] {
-        assert!(log.contains(&format!("{line} {missing} (hopper planner {command})")), "{log}");
+        assert!(
+            log.contains(&format!(
+                "{line} {missing} (hopper planner --instance {} {command}, and one for each",
+                mission.name
+            )),
+            "{log}"
+        );
     }
+}
+
+/// The command that a text names in quotation marks or parentheses after `before`, flown until it ends.
+fn follow(mission: &Mission, text: &str, before: &str) -> Process {
+    let (_, rest) = text.split_once(before).unwrap_or_else(|| panic!("{before:?} in {text}"));
+    let words: Vec<&str> = rest.split(['`', ')', ',']).next().unwrap().split(' ').collect();
+    Process::spawn(before, mission.hopper(&words), &mission.path(""))
+}
+
+/// P-MANNED-HELP: what doctor and hopper-sim advise, word for word, brings missions of each kind to their end.
+#[test]
+fn the_commands_that_doctor_and_hopper_sim_name_are_enough() {
+    for scenario in ["hard", "coverage", "rover-helicopter", "hopper-scout"] {
+        let mut mission = Mission::new("advice");
+        let name = mission.name.clone();
+        let mut sim = mission.start("sim", &["--scenario", scenario, "--wait", "2m"]);
+        sim.await_log("waiting for perception (");
+        let mut peers = vec![follow(&mission, &sim.log(), "waiting for perception (hopper ")];
+        let mut advice = String::new();
+        loop {
+            eventually("new advice, or the end", || {
+                let asked =
+                    mission.hopper(&["doctor", "--instance", &name, "--format", "json"]).output().unwrap();
+                let now = json(&asked)["instances"][0]["advice"].to_string();
+                let is_new = now.contains("start `hopper planner") && now != advice;
+                if is_new {
+                    advice = now;
+                }
+                is_new || sim.has_ended().is_some()
+            });
+            if sim.has_ended().is_some() {
+                break;
+            }
+            let planner = follow(&mission, &advice, "start `hopper ");
+            planner.await_log(" as ");
+            peers.push(planner);
+        }
+        assert_eq!(sim.code(), 0, "{scenario}: {}", sim.log());
+        for peer in &mut peers {
+            assert_eq!(peer.code(), 0, "{scenario}: {}", peer.log());
+        }
+        assert_eq!(sim.json()["digest"], lockstep(&["--scenario", scenario])["digest"], "{scenario}");
+        mission.assert_nothing_left();
+    }
+}
+
+/// P-MANNED-FALLBACK: a team that goes on by the fallback of its guard is not ended for want of a planner.
+#[test]
+fn a_team_with_a_fallback_goes_on_without_one_of_its_planners() {
+    let mission = Mission::new("fallback");
+    let coverage = include_str!("../scenarios/coverage.toml");
+    std::fs::write(mission.path("own.toml"), format!("{coverage}\n[guard]\ndeadline_s = 0.1\n")).unwrap();
+    let mut sim = mission.start("sim", &["--scenario", "own.toml", "--wait", "2s"]);
+    let mut peers = vec![mission.start("perception", &[])];
+    for robot in ["0", "1", "2", "3"] {
+        peers.push(mission.start("planner", &["--robot", robot, "--algorithm", "spiral"]));
+    }
+    mission.await_decisions(4);
+    peers.pop().unwrap().kill();
+    // Longer than it would wait for one without whom it cannot go on.
+    let begun = mission.decisions();
+    std::thread::sleep(std::time::Duration::from_secs(4));
+    assert!(sim.has_ended().is_none_or(|status| status.code() != Some(4)), "{}", sim.log());
+    assert!(mission.decisions() > begun || sim.has_ended().is_some(), "{}", sim.log());
+}
+
+/// P-MANNED-UNDECIDED: a planner that lives and does not decide is named, with its robot and process.
+#[test]
+fn a_planner_that_thinks_for_ever_is_named() {
+    let mission = Mission::new("undecided");
+    let sim = mission.start("sim", &[]);
+    let _perception = mission.start("perception", &[]);
+    let mut node = Node::join(&mission.instance(), Role::Planner).unwrap();
+    let mut thinker =
+        Membership::join(&mut node, Role::Planner, "thinker".parse().unwrap(), Terms::default()).unwrap();
+    thinker.tell_robots(RobotSet::NONE.with(RobotId(0)));
+    let told = format!("robot 0 has waited 10 s for decision 0 of thinker (process {})", std::process::id());
+    eventually(&told, || {
+        thinker.beat((RunId(0), Decision(0), Status::Underway), Node::now()).unwrap();
+        sim.log().contains(&told)
+    });
 }

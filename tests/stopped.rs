@@ -1,5 +1,6 @@
 //! A process that is stopped while it joins is in the way of others, who wait as long as patience lasts.
 
+use std::os::unix::fs::DirBuilderExt as _;
 use std::time::Duration;
 
 use crate::harness::{Mission, Process, lockstep};
@@ -46,5 +47,27 @@ fn patience_ends_a_mission_whose_processes_cannot_join() {
     let told = format!("hopper-sim could not join for 5s: in its way is process {} (", std::process::id());
     assert!(log.contains(&told), "{log}");
     drop(lock);
+    mission.assert_nothing_left();
+}
+
+/// P-HOLD-UP: who stands in the way before the mission has begun is waited for as long.
+#[test]
+fn a_mission_begins_once_nobody_is_in_the_way() {
+    let mut mission = Mission::new("stopped-before");
+    // The lock of whoever cleans up, which this very test holds.
+    let held = mission.instance();
+    std::fs::DirBuilder::new().mode(0o700).create(held.root()).unwrap();
+    let lock = std::fs::File::create(held.root().join("presence.lock")).unwrap();
+    flock(&lock, FlockOperation::LockExclusive).unwrap();
+    let name = mission.name.as_str();
+    let mut command = mission.hopper(&["run", "--instance", name, "--out", ".", "--patience", "10m"]);
+    command.args(["--seed", "8", "--format", "json"]);
+    let mut run = Process::spawn("run", command, &mission.path(""));
+    run.await_log(&format!("process {} (", std::process::id()));
+    // Longer than was once waited.
+    std::thread::sleep(Duration::from_secs(6));
+    assert!(run.has_ended().is_none(), "{}", run.log());
+    drop(lock);
+    assert_eq!(run.code(), 0, "{}", run.log());
     mission.assert_nothing_left();
 }

@@ -422,13 +422,25 @@ impl Arbiter {
     /// that is over, or under way with a fallback, needs nobody.
     #[must_use]
     pub fn is_manned(&self, peer_table: &PeerTable, now: MonotonicNs) -> bool {
-        // What is repeated from its journal may begin with what the fallback did.
-        let has_begun = self.state.decision > Decision(0) || !self.deadlines;
-        let falls_back = self.mission.brief.guard.deadline_ns > 0 && has_begun;
         let senses = peer_table.has_of_run(Role::Perception, self.state.run, now);
         let due = RobotSet::NONE.with(self.due());
         let plans = peer_table.without_planner(due, now).is_empty();
-        self.state.status.is_over() || falls_back || senses && plans
+        self.state.status.is_over() || self.falls_back() || senses && plans
+    }
+
+    /// Whether the guard's fallback acts where no planner does in time: once a mission with a deadline is under way.
+    #[must_use]
+    pub fn falls_back(&self) -> bool {
+        // What is repeated from its journal may begin with what the fallback did.
+        let has_begun = self.state.decision > Decision(0) || !self.deadlines;
+        self.mission.brief.guard.deadline_ns > 0 && has_begun
+    }
+
+    /// The robot whose planner is to command next, if nothing is under way and nobody acts in its place.
+    #[must_use]
+    pub fn awaited(&self) -> Option<RobotId> {
+        let rests = matches!(self.phase, Phase::Resting) && !self.state.status.is_over();
+        if rests && !self.falls_back() { Some(self.due()) } else { None }
     }
 
     /// What is flown, the seed included, which no other process knows.

@@ -26,6 +26,9 @@ const CHECK_NS: u64 = 100_000_000;
 /// How often the pacing is published again, nanoseconds.
 const PACING_NS: u64 = 1_000_000_000;
 
+/// A living planner that has not decided for this long is named, nanoseconds.
+const UNDECIDED_NS: u64 = 10_000_000_000;
+
 /// Lives of one role that are remembered for the summary; a mission of any length stays bounded.
 const LIVES_MAX: usize = 256;
 
@@ -151,6 +154,8 @@ pub struct HopperSim<P: Ports, R: RecordStore, O: FnMut(&Record)> {
     /// When the journal was last looked for.
     checked: MonotonicNs,
     finished: Option<Status>,
+    /// The decision that is awaited, and after how long it is worth a line in the log, nanoseconds.
+    undecided: (Decision, u64),
 }
 
 impl<P: Ports, R: RecordStore, O: FnMut(&Record)> HopperSim<P, R, O> {
@@ -216,6 +221,7 @@ impl<P: Ports, R: RecordStore, O: FnMut(&Record)> HopperSim<P, R, O> {
             patience_ns: u64::MAX,
             checked: ports.now(),
             finished: None,
+            undecided: (Decision(0), UNDECIDED_NS),
         };
         sim.announce()?;
         ports.pass(crash::JOINED).await;
@@ -511,10 +517,38 @@ impl<P: Ports, R: RecordStore, O: FnMut(&Record)> HopperSim<P, R, O> {
 
     /// What is missing, and the command that starts it. A planner is asked for as soon as it is missing, not only when the
     /// turn of its robot comes.
-    fn waits_for(&self, now: MonotonicNs) -> Option<String> {
+    fn waits_for(&self, instance: Option<&str>, now: MonotonicNs) -> Option<String> {
+        if self.arbiter.falls_back() {
+            return None;
+        }
         let alive = self.membership.peer_table().live(now).map(|peer| peer.beat);
         let missing = MissingPeer::among(self.arbiter.acting(), alive)?;
-        Some(format!("{missing} ({})", missing.command(None)))
+        Some(format!("{missing} ({}{})", missing.command(instance), missing.and_others()))
+    }
+
+    /// Names the living planners that have not decided for long, at times that double: a mission may wait for them for ever.
+    fn name_undecided(&mut self, now: MonotonicNs) {
+        let State { decision, published, .. } = *self.arbiter.state();
+        let (known, due_ns) = self.undecided;
+        if known != decision {
+            self.undecided = (decision, UNDECIDED_NS);
+        }
+        let waited_ns = now.since_ns(published);
+        let Some(robot) = self.arbiter.awaited().filter(|_| known == decision && waited_ns >= due_ns) else {
+            return;
+        };
+        self.undecided = (decision, 2 * waited_ns);
+        let alive = self.membership.peer_table().live(now).map(|peer| peer.beat);
+        let planners = alive.filter(|beat| beat.role == Role::Planner && beat.robots.has(robot));
+        let names: Vec<String> =
+            planners.map(|beat| format!("{} (process {})", beat.planner, beat.pid)).collect();
+        if !names.is_empty() {
+            tracing::warn!(
+                "robot {robot} has waited {:.0} s for decision {decision} of {}, which lives and has not decided",
+                waited_ns as f64 / 1e9,
+                names.join(" or ")
+            );
+        }
     }
 
     /// Until the next moment that matters: a tick, or shortly before the landing, which is then awaited awake.
@@ -565,7 +599,9 @@ impl<P: Ports, R: RecordStore, O: FnMut(&Record)> Process<P> for HopperSim<P, R,
         if let Some(status) = self.finished.filter(|_| self.displaced.is_none()) {
             return Ok(Turn::Leave(if status == Status::Goal { Exit::Done } else { Exit::Failed }));
         }
-        let waits_for = self.waits_for(ports.now());
+        let now = ports.now();
+        self.name_undecided(now);
+        let waits_for = self.waits_for(ports.instance_name(), now);
         self.membership.wait_for(waits_for, ports)?;
         Ok(Turn::Sleep(self.sleep_ns(ports.now())))
     }

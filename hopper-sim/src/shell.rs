@@ -167,7 +167,8 @@ pub struct Args {
 pub fn run(args: &Args) -> Result<Exit, Failure> {
     let world = args.mission.world()?;
     let instance = Instance::new(&args.instance)?;
-    let _claim = instance.claim(Role::HopperSim)?;
+    let joining = Joining { lifeline: args.lifeline, ..Joining::patiently(args.patience) };
+    let _claim = instance.claim_patiently(Role::HopperSim, joining)?;
     let seed = args.mission.seed();
     let journal = match args.resume_run {
         Some(run) => resume_journal(args, &world, run)?,
@@ -179,7 +180,6 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         summary.record(&record.map_err(Failure::run)?);
     }
     MemoryBudget::of(brief.grid.cells(), brief.robots)?.check(&instance)?;
-    let joining = Joining { lifeline: args.lifeline, ..Joining::patiently(args.patience) };
     let mut node = Node::join_with(&instance, Role::HopperSim, joining)?;
     let summary_so_far = RefCell::new(summary);
     let (exit, summary) = block_on(async {

@@ -50,6 +50,8 @@ pub mod route;
 pub mod shell;
 mod tie;
 mod uncertain;
+#[cfg(feature = "shell")]
+mod usual;
 
 pub use contract;
 

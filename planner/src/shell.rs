@@ -10,6 +10,7 @@ use node::{Exit, Failure, Instance, Node};
 use process::block_on;
 
 use crate::process::{Claim, PlannerProcess};
+use crate::usual::UsualAlgorithm;
 use crate::{Planner, algorithm};
 
 /// Arguments of `planner` and of `hopper planner`.
@@ -17,8 +18,11 @@ use crate::{Planner, algorithm};
 pub struct Args {
     #[command(flatten)]
     peer: PeerArgs,
-    #[arg(long, default_value = "mdp", value_name = "NAME", help = format!("Algorithm: {}", crate::listed()))]
-    algorithm: String,
+    #[arg(
+        long, value_name = "NAME",
+        help = format!("Algorithm: {} [default: the usual one of the mission: mdp for a hopper]", crate::listed())
+    )]
+    algorithm: Option<String>,
     #[command(flatten)]
     claim: ClaimArgs,
 }
@@ -69,8 +73,25 @@ pub fn main<P: Planner + 'static>(make: impl FnOnce() -> P) -> ExitCode {
 /// # Errors
 /// If the algorithm is unknown, shared memory fails, or a peer was waited for longer than `--wait`.
 pub fn run(args: &Args) -> Result<Exit, Failure> {
-    let planner = algorithm(&args.algorithm).map_err(|error| Failure::new(Exit::Usage, error.to_string()))?;
-    fly(&args.peer, &args.claim, planner)
+    let named = |name: &str| algorithm(name).map_err(|error| Failure::new(Exit::Usage, error.to_string()));
+    let planner = args.algorithm.as_deref().map(named).transpose()?;
+    let mut node = join(&args.peer)?;
+    let planner = match planner {
+        Some(planner) => planner,
+        None => {
+            tracing::info!("joined instance {:?}: the mission will tell the algorithm", args.peer.instance);
+            let found = block_on(async {
+                let mut usual = UsualAlgorithm::join(&mut node, args.claim.robot, args.peer.terms())?;
+                let exit = process::run(&mut usual, &mut node).await?;
+                Ok::<_, Failure>(usual.name().ok_or(exit))
+            })?;
+            match found {
+                Ok(name) => named(name)?,
+                Err(exit) => return Ok(exit),
+            }
+        }
+    };
+    run_in(&mut node, &args.peer, &args.claim, planner)
 }
 
 /// Runs a process with `planner` until the mission ends.
@@ -78,15 +99,26 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
 /// # Errors
 /// If shared memory fails, or a peer was waited for longer than [`PeerArgs::wait`].
 pub fn fly(peer: &PeerArgs, claim: &ClaimArgs, planner: Box<dyn Planner>) -> Result<Exit, Failure> {
+    run_in(&mut join(peer)?, peer, claim, planner)
+}
+
+fn join(peer: &PeerArgs) -> Result<Node, Failure> {
+    Ok(Node::join_with(&Instance::new(&peer.instance)?, Role::Planner, peer.joining())?)
+}
+
+fn run_in(
+    node: &mut Node,
+    peer: &PeerArgs,
+    claim: &ClaimArgs,
+    planner: Box<dyn Planner>,
+) -> Result<Exit, Failure> {
     let name = planner.name();
-    let instance = Instance::new(&peer.instance)?;
-    let mut node = Node::join_with(&instance, Role::Planner, peer.joining())?;
     let ClaimArgs { robot: robots, takeover, succeeds_pid } = *claim;
     block_on(async {
         let claim = Claim { robots, takeover, succeeds_pid };
-        let mut planner = PlannerProcess::join(&mut node, planner, claim, peer.terms()).await?;
+        let mut planner = PlannerProcess::join(node, planner, claim, peer.terms()).await?;
         tracing::info!("joined instance {:?} as {name}", peer.instance);
-        process::run(&mut planner, &mut node).await
+        process::run(&mut planner, node).await
     })
 }
 

@@ -198,6 +198,7 @@ fn fly(
         instance: args.instance.clone(),
         planners: planners.to_vec(),
         planner_command: args.planner_command.clone(),
+        falls_back: world.brief.guard.deadline_ns > 0,
         seed,
         pace: args.mission.pace,
         view: args.view.clone(),

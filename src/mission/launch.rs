@@ -22,6 +22,8 @@ pub struct Launch {
     pub planners: Vec<Name>,
     /// The program that is each robot's planner in place of those algorithms.
     pub planner_command: Option<PlannerCommand>,
+    /// Whether the guard's fallback acts where no planner does in time.
+    pub falls_back: bool,
     /// Seed of the draws; the scenario itself is read from the output folder.
     pub seed: u64,
     /// Landings a second at most, simulated by hopper-sim.

@@ -57,7 +57,7 @@ pub fn fly(launch: &Launch, output_dir: &OutputDir, journal: Journal) -> Result<
 
 fn supervise(launch: &Launch, output_dir: &OutputDir, journal: Journal) -> Result<Flight, Failure> {
     let instance = Instance::new(&launch.instance)?;
-    instance.clean()?;
+    instance.clean_patiently(Joining::patiently(launch.patience))?;
     let mut supervisor = Supervisor::start(launch, &instance, output_dir, journal)?;
     let verdict = supervisor.watch(launch).map_err(|failure| output_dir.with_resumption(failure));
     let serves_on = launch.view.serves_on() && verdict == Ok(false);
@@ -372,7 +372,9 @@ impl Supervisor {
     /// until patience runs out.
     fn hold_for_help(&mut self, launch: &Launch) -> Result<(), Failure> {
         let now = Node::now();
-        let Some(missing) = self.missing_for_good(now) else {
+        // Once it has begun, a mission with a fallback goes on without anybody.
+        let goes_on = launch.falls_back && self.published > 0;
+        let Some(missing) = self.missing_for_good(now).filter(|_| !goes_on) else {
             self.holding = None;
             return Ok(());
         };

@@ -353,7 +353,8 @@ impl Report {
                 acting.filter(|robot| !planned(robot)).fold(RobotSet::NONE, |set, robot| set.with(*robot));
             if role == Role::Planner && !unplanned.is_empty() {
                 let missing = MissingPeer::Planner(unplanned);
-                absences.push(format!("{missing} is missing: start `{}`", missing.command(Some(name))));
+                let (command, others) = (missing.command(Some(name)), missing.and_others());
+                absences.push(format!("{missing} is missing: start `{command}`{others}"));
             } else if of(role).next().is_none() {
                 absences.push(format!("no {role} beats: start `{command} --instance {name}`"));
             }

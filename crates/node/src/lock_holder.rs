@@ -19,9 +19,10 @@ impl LockHolder {
     /// The process that alone holds an `flock` on this file, as the kernel lists it; `None` if none does, or it cannot be seen from
     /// here, as one of another container.
     pub(crate) fn of(file: &File) -> Option<Self> {
-        let inode = file.metadata().ok()?.ino();
+        let file = file.metadata().ok()?;
         let locks = fs::read_to_string("/proc/locks").ok()?;
-        let pid = locks.lines().find_map(|line| holder(line, inode))?;
+        let mut holders = locks.lines().filter_map(|line| holder(line, file.ino()));
+        let pid = holders.find(|pid| has_open(*pid, &file))?;
         let words = fs::read(format!("/proc/{pid}/cmdline")).ok()?;
         let words: Vec<_> = words.split(|byte| *byte == 0).map(String::from_utf8_lossy).collect();
         Some(Self { pid, command: words.join(" ").trim_end().to_owned(), is_stopped: is_stopped(pid) })
@@ -40,7 +41,7 @@ impl fmt::Display for LockHolder {
 }
 
 /// The process of a line of /proc/locks, if that tells of an exclusive lock on a file with that number. Files of other devices may have
-/// it too; a lock file of ours is exclusive to processes of ours.
+/// it too, and some file systems list another device than that of their files.
 fn holder(line: &str, inode: u64) -> Option<u32> {
     // 1: FLOCK  ADVISORY  WRITE 1234 00:1a:5678 0 EOF; who waits has an arrow behind the number.
     let mut words = line.split_whitespace().skip(1);
@@ -48,6 +49,13 @@ fn holder(line: &str, inode: u64) -> Option<u32> {
     let (pid, file) = (words.next()?, words.next()?);
     let is_it = (kind, mode) == ("FLOCK", "WRITE") && file.rsplit(':').next()?.parse() == Ok(inode);
     if is_it { pid.parse().ok() } else { None }
+}
+
+/// Whether the process has that very file open.
+fn has_open(pid: u32, file: &fs::Metadata) -> bool {
+    let open = fs::read_dir(format!("/proc/{pid}/fd")).into_iter().flatten().flatten();
+    open.filter_map(|link| fs::metadata(link.path()).ok())
+        .any(|open| (open.dev(), open.ino()) == (file.dev(), file.ino()))
 }
 
 /// Whether the kernel shows the process as stopped.
@@ -75,5 +83,16 @@ mod tests {
         ] {
             assert_eq!(holder(other, 777), None, "{other}");
         }
+    }
+
+    #[test]
+    fn a_holder_has_the_file_open_and_not_another_of_the_same_number() {
+        let path = std::env::temp_dir().join(format!("hopper-lock-holder-{}", std::process::id()));
+        let file = File::create(&path).unwrap();
+        fs::remove_file(path).unwrap();
+        let open = file.metadata().unwrap();
+        assert!(has_open(std::process::id(), &open));
+        drop(file);
+        assert!(!has_open(std::process::id(), &open));
     }
 }

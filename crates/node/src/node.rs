@@ -50,6 +50,15 @@ impl Joining {
     pub fn patiently(patience: Duration) -> Self {
         Self { patience: patience.max(PATIENCE), lifeline: false }
     }
+
+    /// The wait of a process that has not joined yet; a reason to stop ends it.
+    pub(crate) fn waiting(self) -> Result<Waiting, NodeError> {
+        let shutdown = ShutdownSignal::new()?;
+        if self.lifeline {
+            shutdown.hold_lifeline();
+        }
+        Ok(Waiting::new(self.patience, Some(Rc::new(shutdown))))
+    }
 }
 
 impl Default for Joining {
@@ -265,6 +274,10 @@ impl Ports for Node {
     }
 
     /// The peer may have been started by another user, whose instance of the same name is a different one.
+    fn instance_name(&self) -> Option<&str> {
+        Some(self.instance().name())
+    }
+
     fn absence_hint(&self) -> String {
         self.instance().namesake_hint()
     }

@@ -72,6 +72,11 @@ pub trait Ports: Sized {
     /// Whether the process shall end: a signal came, or its parent is gone.
     fn stop_requested(&self) -> bool;
 
+    /// The name of the instance, if it has one.
+    fn instance_name(&self) -> Option<&str> {
+        None
+    }
+
     /// Why nobody may be heard in this instance, to be appended to a message that names who is waited for; empty if
     /// nothing is known.
     fn absence_hint(&self) -> String {

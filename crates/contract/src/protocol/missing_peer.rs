@@ -46,7 +46,8 @@ impl MissingPeer {
         }
     }
 
-    /// The command that starts it, in a certain instance if one is named.
+    /// The command that starts it, in a certain instance if one is named: for robots that differ no planner serves all, so it is that
+    /// of the first.
     #[must_use]
     pub fn command(&self, instance: Option<&str>) -> String {
         let mut command = format!("hopper {}", self.role());
@@ -55,7 +56,18 @@ impl MissingPeer {
         }
         match self {
             MissingPeer::Perception => command,
-            MissingPeer::Planner(robots) => format!("{command} --robot {robots}"),
+            MissingPeer::Planner(robots) => {
+                robots.iter().next().map_or(command.clone(), |robot| format!("{command} --robot {robot}"))
+            }
+        }
+    }
+
+    /// What to add to [`MissingPeer::command`] where it does not start all that is missing.
+    #[must_use]
+    pub fn and_others(&self) -> &'static str {
+        match self {
+            MissingPeer::Planner(robots) if robots.iter().count() > 1 => ", and one for each of the others",
+            _ => "",
         }
     }
 }
@@ -113,7 +125,7 @@ mod tests {
     /// What is missing for the robots `acting`, and the command that starts it.
     fn missing(acting: &[u16], alive: &[Heartbeat]) -> Option<(String, String)> {
         let missing = MissingPeer::among(robots(acting), alive.iter().copied())?;
-        Some((missing.to_string(), missing.command(Some("home"))))
+        Some((missing.to_string(), missing.command(Some("home")) + missing.and_others()))
     }
 
     /// P-MANNED: a planner stands for the robots that it plans for, and for no others.
@@ -131,12 +143,18 @@ mod tests {
             (
                 &[0, 1, 2, 3],
                 &crew,
-                told("a planner of robots 1 and 3", "hopper planner --instance home --robot 1,3"),
+                told(
+                    "a planner of robots 1 and 3",
+                    "hopper planner --instance home --robot 1, and one for each of the others",
+                ),
             ),
             (
                 &[1, 3, 4, 5],
                 &crew,
-                told("a planner of robots 1, 3 and 4", "hopper planner --instance home --robot 1,3,4"),
+                told(
+                    "a planner of robots 1, 3 and 4",
+                    "hopper planner --instance home --robot 1, and one for each of the others",
+                ),
             ),
             (&[0, 2, 5], &crew, None),
         ];

@@ -11,7 +11,9 @@ use super::instance::Instance;
 use super::lock::{MembershipLock, waiting};
 use crate::error::NodeError;
 use crate::file_lock::{try_flock, unlock};
+use crate::node::Joining;
 use crate::private_file::owner_only;
+use crate::waiting::Waiting;
 
 /// Proof that this process alone has a role in its instance.
 #[derive(Debug)]
@@ -34,7 +36,19 @@ impl Instance {
     /// # Errors
     /// [`NodeError::Held`] names the process that holds it.
     pub fn claim(&self, role: Role) -> Result<Claim, NodeError> {
-        let membership = MembershipLock::enter(self, &waiting())?;
+        self.claim_after(role, &waiting())
+    }
+
+    /// As [`Instance::claim`], waiting as patiently as a process that joins, and for no longer than until a signal comes.
+    ///
+    /// # Errors
+    /// As [`Instance::claim`].
+    pub fn claim_patiently(&self, role: Role, joining: Joining) -> Result<Claim, NodeError> {
+        self.claim_after(role, &joining.waiting()?)
+    }
+
+    fn claim_after(&self, role: Role, waiting: &Waiting) -> Result<Claim, NodeError> {
+        let membership = MembershipLock::enter(self, waiting)?;
         let path = self.root().join(format!("{role}.lock"));
         let open = |error| NodeError::system("open", &path, error);
         let mut lock = owner_only(0o600).create(true).truncate(false).open(&path).map_err(open)?;

@@ -20,6 +20,7 @@ use super::label::Label;
 use crate::error::NodeError;
 use crate::file_lock::{try_flock, unlock};
 use crate::middleware::Ipc;
+use crate::node::Joining;
 use crate::private_file::owner_only;
 use crate::shared_memory::SHARED_MEMORY;
 use crate::waiting::Waiting;
@@ -80,10 +81,22 @@ impl Instance {
     /// # Errors
     /// If a file cannot be removed, or the folder belongs to another user.
     pub fn clean(&self) -> Result<Cleaned, NodeError> {
+        self.clean_up(&waiting())
+    }
+
+    /// As [`Instance::clean`], waiting as patiently as a process that joins, and for no longer than until a signal comes.
+    ///
+    /// # Errors
+    /// As [`Instance::clean`].
+    pub fn clean_patiently(&self, joining: Joining) -> Result<Cleaned, NodeError> {
+        self.clean_up(&joining.waiting()?)
+    }
+
+    fn clean_up(&self, waiting: &Waiting) -> Result<Cleaned, NodeError> {
         if !self.exists() && self.files().is_empty() {
             return Ok(Cleaned::Nothing);
         }
-        let (lock, alone) = acquire(self, true, &waiting())?;
+        let (lock, alone) = acquire(self, true, waiting)?;
         if !alone || has_live_node(self)? {
             return Ok(Cleaned::Alive);
         }
