@@ -10,6 +10,7 @@ use super::asset::{Asset, asset};
 use super::head::Head;
 use super::hosts::Hosts;
 use super::order::order;
+use super::places::Kind;
 use super::rejection::Rejection;
 
 /// Most bytes of an order.
@@ -20,6 +21,9 @@ const STREAMS: [&str; 2] = ["/events", "/policy"];
 
 /// Path of the reason for a hop: `/why?x=3&y=4&at=17`.
 const WHY: &str = "/why";
+
+/// Path under which the client of a stream sends back the number of its place: `/reading?stream=17`.
+const READING: &str = "/reading";
 
 /// Headers of every response: no foreign content, no embedding in frames, no guessing of types.
 pub const HEADERS: &str = "Content-Security-Policy: default-src 'none'; script-src 'self'; style-src 'self'; \
@@ -41,12 +45,9 @@ pub enum Answer {
     /// With a file.
     Asset(&'static Asset),
     /// The history, frame by frame, or the policies alone.
-    Events {
-        /// Whether policies are requested instead of the history.
-        policy: bool,
-        /// Whether the request has the key that orders need, so that it may use a place kept free for it.
-        keyed: bool,
-    },
+    Events(Kind),
+    /// By noting that the client of a stream reads it.
+    Reading(u64),
     /// With the reason for a hop from a cell when a decision is due.
     Reason(Cell, Decision),
     /// By passing on an order.
@@ -70,6 +71,7 @@ impl Gate {
         match head.method.as_str() {
             "GET" if head.path == "/control" => Err(Rejection::new(405, "an order needs POST")),
             "GET" if head.path == WHY && head.length == 0 => reason(&head.query).map(drop),
+            "GET" if head.path == READING && head.length == 0 => reading(&head.query).map(drop),
             "GET" if !STREAMS.contains(&head.path.as_str()) && asset(&head.path).is_none() => {
                 Err(Rejection::new(404, "there is no such path"))
             }
@@ -154,10 +156,13 @@ impl Gate {
             return order(body).map(Answer::Order).map_err(|reason| Rejection::new(400, reason));
         }
         if STREAMS.contains(&head.path.as_str()) {
-            return Ok(Answer::Events { policy: head.path == STREAMS[1], keyed: self.is_keyed(head) });
+            return Ok(Answer::Events(Kind { policy: head.path == STREAMS[1], keyed: self.is_keyed(head) }));
         }
         if head.path == WHY {
             return reason(&head.query);
+        }
+        if head.path == READING {
+            return reading(&head.query);
         }
         asset(&head.path).map(Answer::Asset).ok_or_else(|| Rejection::new(404, "there is no such path"))
     }
@@ -196,14 +201,23 @@ pub fn shortened(text: &str) -> &str {
 fn reason(query: &str) -> Result<Answer, Rejection> {
     let need =
         || Rejection::new(400, format!("{WHY} needs x, y and at in digits, as in {WHY}?x=3&y=4&at=17"));
-    let field = |name: &str| {
-        let mut values = query.split('&').filter_map(|part| part.split_once('='));
-        let digits = |text: &&str| text.len() <= 15 && text.bytes().all(|byte| byte.is_ascii_digit());
-        let value = values.find(|(key, _)| *key == name).map(|(_, value)| value).filter(digits);
-        value.and_then(|value| value.parse::<u64>().ok()).ok_or_else(need)
-    };
+    let field = |name: &str| field(query, name).ok_or_else(need);
     let side = |name: &str| i32::try_from(field(name)?).map_err(|_| need());
     Ok(Answer::Reason(Cell::new(side("x")?, side("y")?), Decision(field("at")?)))
+}
+
+/// The place that `stream=17` names.
+fn reading(query: &str) -> Result<Answer, Rejection> {
+    let need = || Rejection::new(400, format!("{READING} needs stream in digits, as in {READING}?stream=17"));
+    field(query, "stream").map(Answer::Reading).ok_or_else(need)
+}
+
+/// The number that a field of a query has: at most 15 digits.
+fn field(query: &str, name: &str) -> Option<u64> {
+    let mut values = query.split('&').filter_map(|part| part.split_once('='));
+    let digits = |text: &&str| text.len() <= 15 && text.bytes().all(|byte| byte.is_ascii_digit());
+    let value = values.find(|(key, _)| *key == name).map(|(_, value)| value).filter(digits)?;
+    value.parse().ok()
 }
 
 /// Whether two keys are equal, compared in constant time.
@@ -255,6 +269,13 @@ mod tests {
         }
         assert_eq!(status(&gate, "GET / HTTP/1.1\nAccept: */*", ""), 421, "no host at all");
         assert_eq!((get("/events", "localhost:8427"), get("/policy", "localhost:8427")), (200, 200));
+        assert_eq!(
+            (get("/reading?stream=7", "localhost"), get("/reading?stream=7", "evil.example")),
+            (200, 421)
+        );
+        for query in ["", "?stream=", "?stream=-1", "?stream=1e3", "?stream=9999999999999999"] {
+            assert_eq!(get(&format!("/reading{query}"), "localhost"), 400, "{query}");
+        }
         for path in [
             "/x",
             "//",
@@ -339,7 +360,7 @@ mod tests {
     fn a_stream_with_the_key_is_told_from_one_without() {
         let keyed = |gate: &Gate, query: &str| {
             let head = format!("GET /events{query} HTTP/1.1\nHost: localhost:8427");
-            let Ok(Answer::Events { policy: false, keyed }) = ask(gate, &head, "") else {
+            let Ok(Answer::Events(Kind { policy: false, keyed })) = ask(gate, &head, "") else {
                 panic!("no stream")
             };
             keyed

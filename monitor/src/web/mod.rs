@@ -4,7 +4,7 @@
 //! [`gate`] decides which requests are served, without sockets, by the names of a server ([`hosts`]). [`reception`] reads
 //! requests in one thread, for the page and for other servers of the monitor. [`shell`] answers them: each event stream has a
 //! thread of its own that reads the [`crate::History`] at its own speed, so a slow or stalled client falls behind, and nobody
-//! waits for it.
+//! waits for it. [`places`] bounds their number, and decides who makes room when all places are taken.
 
 #[cfg(feature = "shell")]
 pub mod asset;
@@ -15,6 +15,8 @@ pub mod head;
 #[cfg(feature = "shell")]
 pub mod hosts;
 pub mod order;
+#[cfg(feature = "shell")]
+pub mod places;
 #[cfg(feature = "shell")]
 #[allow(clippy::disallowed_methods, reason = "sockets, and a thread that reads them")]
 pub mod reception;
@@ -33,8 +35,10 @@ pub use head::Head;
 #[cfg(feature = "shell")]
 pub use hosts::Hosts;
 #[cfg(feature = "shell")]
+pub use places::{HISTORIES_MAX, POLICIES_MAX};
+#[cfg(feature = "shell")]
 pub use reception::{Reception, Served, Service};
 #[cfg(feature = "shell")]
 pub use rejection::Rejection;
 #[cfg(feature = "shell")]
-pub use shell::{HISTORIES_MAX, POLICIES_MAX, Page};
+pub use shell::Page;

@@ -2,8 +2,8 @@
 
 use std::collections::VecDeque;
 use std::io::Write;
-use std::net::{SocketAddr, TcpListener, TcpStream};
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::net::{Shutdown, SocketAddr, TcpListener, TcpStream};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
@@ -13,20 +13,12 @@ use node::{Exit, Failure, Node};
 use super::gate::{Answer, Gate, HEADERS};
 use super::head::Head;
 use super::hosts::Hosts;
+use super::places::{Kind, PROOF_NS, Places};
 use super::reception::{Reception, Served, Service};
 use super::redirect_file::RedirectFile;
 use super::rejection::Rejection;
 use crate::history::{Cursor, Frame};
 use crate::{History, Screen, Wish};
-
-/// Most streams of the history at once, without and with those that have the key; more get status 503. The operator's page
-/// has a place that no other reader can take.
-pub const HISTORIES_MAX: usize = 24;
-const KEYED_HISTORIES_MAX: usize = HISTORIES_MAX + 4;
-
-/// Most streams of policies at once, without and with those that have the key; more get status 503.
-pub const POLICIES_MAX: usize = 8;
-const KEYED_POLICIES_MAX: usize = POLICIES_MAX + 4;
 
 /// Most orders that wait for the next turn of the work loop.
 const ORDERS_MAX: usize = 64;
@@ -61,41 +53,32 @@ struct Shared {
     /// Notified when the history has grown.
     changed: Condvar,
     orders: Mutex<VecDeque<Order>>,
-    histories: AtomicUsize,
-    policies: AtomicUsize,
+    places: Mutex<Places<Arc<TcpStream>>>,
     closing: AtomicBool,
 }
 
 /// A place among the streams, until it is dropped.
 struct StreamSlot {
     shared: Arc<Shared>,
-    policy: bool,
+    kind: Kind,
+    number: u64,
 }
 
 impl StreamSlot {
-    /// A place, or why there is none.
-    fn take(shared: &Arc<Shared>, policy: bool, keyed: bool) -> Result<Self, Rejection> {
-        let most = match (policy, keyed) {
-            (false, false) => HISTORIES_MAX,
-            (false, true) => KEYED_HISTORIES_MAX,
-            (true, false) => POLICIES_MAX,
-            (true, true) => KEYED_POLICIES_MAX,
-        };
-        let slot = Self { shared: Arc::clone(shared), policy };
-        if slot.counter().fetch_add(1, Ordering::SeqCst) < most {
-            return Ok(slot);
+    /// A place, or why there is none. Who makes room for it is disconnected.
+    fn take(shared: &Arc<Shared>, kind: Kind) -> Result<Self, Rejection> {
+        let (number, displaced) = shared.places().take(kind, Node::now())?;
+        if let Some(stream) = displaced {
+            // Its thread ends at its next write, also in the midst of one.
+            let _ = stream.shutdown(Shutdown::Both);
         }
-        Err(Rejection::new(503, format!("{most} such streams are open already")))
-    }
-
-    fn counter(&self) -> &AtomicUsize {
-        if self.policy { &self.shared.policies } else { &self.shared.histories }
+        Ok(Self { shared: Arc::clone(shared), kind, number })
     }
 }
 
 impl Drop for StreamSlot {
     fn drop(&mut self) {
-        self.counter().fetch_sub(1, Ordering::SeqCst);
+        self.shared.places().leave(self.number);
     }
 }
 
@@ -109,6 +92,17 @@ impl Page {
         hosts: &[String],
         control: bool,
         history: Arc<Mutex<History>>,
+    ) -> Result<Self, Failure> {
+        Self::open_for(address, hosts, control, history, PROOF_NS)
+    }
+
+    /// Serves streams whose clients have `proof_ns` nanoseconds to show that they read.
+    fn open_for(
+        address: SocketAddr,
+        hosts: &[String],
+        control: bool,
+        history: Arc<Mutex<History>>,
+        proof_ns: u64,
     ) -> Result<Self, Failure> {
         let unavailable = |error: std::io::Error| {
             let message =
@@ -131,8 +125,7 @@ impl Page {
             history,
             changed: Condvar::new(),
             orders: Mutex::default(),
-            histories: AtomicUsize::new(0),
-            policies: AtomicUsize::new(0),
+            places: Mutex::new(Places::new(proof_ns)),
             closing: AtomicBool::new(false),
         });
         let gate = Gate::new(Hosts::new(address.ip(), hosts), key);
@@ -194,7 +187,7 @@ impl Page {
     /// Whether a client displays policies.
     #[must_use]
     pub fn wants_policy(&self) -> bool {
-        self.shared.policies.load(Ordering::SeqCst) > 0
+        self.shared.places().has_policies()
     }
 
     /// Orders received since the last call.
@@ -223,7 +216,7 @@ impl Drop for Page {
         self.notify();
         self.reception = None;
         let deadline = Node::now().plus_ns(CLOSE_NS);
-        while self.shared.streams() > 0 && Node::now() < deadline {
+        while !self.shared.places().is_empty() && Node::now() < deadline {
             std::thread::sleep(Duration::from_millis(2));
         }
     }
@@ -235,8 +228,8 @@ impl Shared {
         self.history.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn streams(&self) -> usize {
-        self.histories.load(Ordering::SeqCst) + self.policies.load(Ordering::SeqCst)
+    fn places(&self) -> MutexGuard<'_, Places<Arc<TcpStream>>> {
+        self.places.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     fn is_closing(&self) -> bool {
@@ -294,8 +287,12 @@ impl Service for PageService {
                 self.shared.order(order)?;
                 Served::Text("202 Accepted", "text/plain", "accepted\n".into())
             }
-            Answer::Events { policy, keyed } => {
-                let slot = StreamSlot::take(&self.shared, policy, keyed)?;
+            Answer::Reading(place) => {
+                self.shared.places().is_read(place);
+                Served::Text("200 OK", "text/plain", "noted\n".into())
+            }
+            Answer::Events(kind) => {
+                let slot = StreamSlot::take(&self.shared, kind)?;
                 Served::Handed(Box::new(move |stream, _| serve_events(stream, slot)))
             }
         })
@@ -308,6 +305,10 @@ impl Service for PageService {
 
 /// Serves a stream in a thread of its own.
 fn serve_events(stream: TcpStream, slot: StreamSlot) {
+    let stream = Arc::new(stream);
+    if !slot.shared.places().begin(slot.number, Arc::clone(&stream)) {
+        return;
+    }
     let serve = move || {
         if let Err(error) = events(&stream, slot) {
             tracing::debug!("a client of the page disconnected: {error}");
@@ -318,15 +319,17 @@ fn serve_events(stream: TcpStream, slot: StreamSlot) {
     }
 }
 
-/// Sends the history from its beginning as server-sent events, as fast as the client reads.
+/// Sends the number of its place, then the history from its beginning, as server-sent events, as fast as the client reads.
 fn events(mut stream: &TcpStream, slot: StreamSlot) -> std::io::Result<()> {
-    let StreamSlot { shared, policy } = &slot;
+    let StreamSlot { shared, kind, number } = &slot;
     stream.set_write_timeout(Some(STALL))?;
     let head = format!(
-        "HTTP/1.1 200 OK\r\n{HEADERS}Content-Type: text/event-stream\r\nConnection: close\r\n\r\nretry: 1000\n\n"
+        "HTTP/1.1 200 OK\r\n{HEADERS}Content-Type: text/event-stream\r\nConnection: close\r\n\r\nretry: 1000\n\n\
+         event: place\ndata: {{\"stream\":{number},\"keyed\":{}}}\n\n",
+        kind.keyed
     );
     stream.write_all(head.as_bytes())?;
-    let mut cursor = if *policy { Cursor::of_policies() } else { Cursor::default() };
+    let mut cursor = if kind.policy { Cursor::of_policies() } else { Cursor::default() };
     loop {
         let text = frames(shared, &mut cursor);
         stream.write_all(text.as_bytes())?;
@@ -359,4 +362,57 @@ fn wait(shared: &Shared, cursor: &mut Cursor) -> bool {
     }
     let woken = shared.changed.wait_timeout(history, IDLE);
     woken.is_ok_and(|(_, timeout)| !timeout.timed_out())
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::Read as _;
+
+    use super::super::places::HISTORIES_MAX;
+    use super::*;
+
+    fn ask(address: SocketAddr, path: &str) -> (TcpStream, String) {
+        let mut stream = TcpStream::connect(address).unwrap();
+        write!(stream, "GET {path} HTTP/1.1\r\nHost: {address}\r\n\r\n").unwrap();
+        let mut status = [0; 12];
+        stream.read_exact(&mut status).unwrap();
+        (stream, String::from_utf8(status.into()).unwrap())
+    }
+
+    /// The number of the place of a stream, as its page reads it.
+    fn place(stream: &mut TcpStream) -> String {
+        let (mut text, mut byte) = (Vec::new(), [0]);
+        while !text.ends_with(b"}\n\n") {
+            stream.read_exact(&mut byte).unwrap();
+            text.push(byte[0]);
+        }
+        let text = String::from_utf8(text).unwrap();
+        text.split_once("\"stream\":").unwrap().1.split_once(',').unwrap().0.to_owned()
+    }
+
+    /// P-WEB-DEAF: clients that read no event keep nobody out, with or without --control; a page that reads keeps its place.
+    #[test]
+    fn streams_that_nobody_reads_make_room() {
+        for control in [false, true] {
+            let history = Arc::new(Mutex::new(History::new(contract::RobotId(0))));
+            let page = Page::open_for("127.0.0.1:0".parse().unwrap(), &[], control, history, 0).unwrap();
+            let address = page.address();
+            let (mut reader, _) = ask(address, "/events");
+            let number = place(&mut reader);
+            assert_eq!(ask(address, &format!("/reading?stream={number}")).1, "HTTP/1.1 200");
+            let mut deaf: Vec<_> = (1..HISTORIES_MAX).map(|_| ask(address, "/events").0).collect();
+            for _ in 0..3 * HISTORIES_MAX {
+                let (stream, status) = ask(address, "/events");
+                assert_eq!(status, "HTTP/1.1 200");
+                deaf.push(stream);
+            }
+            let mut rest = Vec::new();
+            deaf[0].read_to_end(&mut rest).unwrap();
+            assert!(rest.ends_with(b"\n\n"), "the first has made room");
+            reader.read_exact(&mut [0; 6]).unwrap();
+            while Arc::strong_count(&page.shared) > 2 + HISTORIES_MAX {
+                std::thread::sleep(Duration::from_millis(5));
+            }
+        }
+    }
 }

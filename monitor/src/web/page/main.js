@@ -19,6 +19,10 @@ const calm = window.matchMedia("(prefers-reduced-motion: reduce)");
 /** Maps up to this many cells show the policy from the start; on larger ones the hopper is followed. */
 const SMALL_CELLS = 4096;
 
+/** Pause before the page connects again: after it lost the connection, and after it was refused since all places are taken. */
+const LOST_MS = 1500;
+const FULL_MS = 5000;
+
 /** Hops that follow each other faster are not shown in flight. */
 const FLIGHT_GAP_MS = 80;
 
@@ -61,10 +65,13 @@ function connect() {
   });
   source.onopen = () => { view.connected = "open"; view.dirty = true; };
   source.onerror = () => {
+    // A browser asks again by itself, unless it got an answer that is no stream.
+    const isRefused = source.readyState === EventSource.CLOSED;
     source.close();
-    if (view.connected !== "bye") view.connected = "lost";
     view.dirty = true;
-    if (view.connected === "lost") retry = setTimeout(connect, 1500);
+    if (view.connected === "bye") return;
+    view.connected = isRefused ? "full" : "lost";
+    retry = setTimeout(connect, isRefused ? FULL_MS : LOST_MS);
   };
   on("mission", (mission) => {
     const known = history.mission?.run === mission.run;
@@ -105,7 +112,7 @@ function followPolicies() {
     // Refused, since all places are taken: a browser does not ask again by itself.
     if (target !== policies || target.readyState !== EventSource.CLOSED) return;
     policies = null;
-    setTimeout(followPolicies, 5000);
+    setTimeout(followPolicies, FULL_MS);
   });
 }
 
@@ -307,7 +314,7 @@ function showPeers() {
   const status = history.status?.progress?.status;
   const interrupted = Boolean(history.status?.interrupted);
   const over = interrupted || (status && status !== "underway");
-  const text = JSON.stringify(peers.map((peer) => [peer.life, peer.alive, peer.leads, Math.round(peer.silent_ms / 200)])) + view.connected + over + interrupted;
+  const text = JSON.stringify(peers.map((peer) => [peer.life, peer.alive, peer.leads, Math.round(peer.silent_ms / 200)])) + view.connected + over + interrupted + mayOrder;
   if (TEXTS.get("peers") === text) return;
   TEXTS.set("peers", text);
   by("peers").tBodies[0].replaceChildren(...peers.map((peer) => {
@@ -377,7 +384,7 @@ function showHead(at) {
   const missing = history.status?.missing;
   let [text, kind] = ["waiting for a mission", "warn"];
   if (view.connected === "bye") [text, kind] = [over ? `over: ${progress.status}` : history.status?.interrupted ? "interrupted" : "the monitor has left", progress?.status === "goal" ? "good" : "warn"];
-  else if (view.connected !== "open") [text, kind] = [view.connected === "lost" ? "no connection" : "connecting", "bad"];
+  else if (view.connected !== "open") [text, kind] = [{ lost: "no connection", full: "no place: other pages have all" }[view.connected] ?? "connecting", "bad"];
   else if (over) [text, kind] = [progress.status === "goal" ? "goal reached" : progress.status, progress.status === "goal" ? "good" : "bad"];
   else if (!isLive()) [text, kind] = ["looking back", "warn"];
   else if (history.status?.interrupted) [text, kind] = ["interrupted", "warn"];
@@ -518,6 +525,7 @@ async function tell(order) {
   } catch {
     put("answer", "the monitor does not answer");
   }
+  view.dirty = true;
   clearTimeout(view.answer);
   view.answer = setTimeout(() => put("answer", ""), ANSWER_MS);
 }

@@ -17,14 +17,31 @@ function takeKey() {
   }
 }
 
-const key = takeKey();
+let key = takeKey();
 
 /** Whether this page may give orders. */
-export const mayOrder = Boolean(key);
+export let mayOrder = Boolean(key);
+
+/** Drops a key that the server does not accept: the tab has kept it from an earlier mission at the same address. */
+function dropKey() {
+  [key, mayOrder] = [null, false];
+  try {
+    sessionStorage.removeItem(KEPT);
+  } catch {
+    // Where nothing can be kept, nothing was.
+  }
+}
 
 /** The history ("/events") or the policies ("/policy") as server-sent events. A stream with the key has a place that no reader without it can take. */
 export function stream(path) {
-  return new EventSource(key ? `${path}?key=${encodeURIComponent(key)}` : path);
+  const source = new EventSource(key ? `${path}?key=${encodeURIComponent(key)}` : path);
+  source.addEventListener("place", ({ data }) => {
+    const place = JSON.parse(data);
+    if (key && !place.keyed) dropKey();
+    // A stream whose reader does not send this back makes room for others.
+    fetch(`/reading?stream=${place.stream}`).catch(() => {});
+  });
+  return source;
 }
 
 /** Why a hop from a cell when a decision is due; null if nobody can tell. */
@@ -38,5 +55,6 @@ export async function give(order) {
   const answer = await fetch("/control", {
     method: "POST", headers: { "Content-Type": "application/json", "X-Hopper-Key": key ?? "" }, body: JSON.stringify(order),
   });
+  if (answer.status === 403) dropKey();
   return answer.ok ? null : (await answer.text()).trim();
 }
