@@ -141,6 +141,9 @@ enum Command {
 /// Parses the command line and runs the command.
 #[must_use]
 pub fn main() -> ExitCode {
+    if let Some((program, words)) = tool::help(std::env::args_os().skip(1)) {
+        return node::main("hopper", || tool::exec(program, words));
+    }
     let cli: Cli = command_line::parse();
     match cli.command {
         None => node::main("hopper", || run::run(&cli.run)),

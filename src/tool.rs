@@ -54,6 +54,16 @@ pub fn run(command: &str, passed: &Passed) -> Result<Exit, Failure> {
     exec(program, arguments)
 }
 
+/// The program and its arguments that answer `hopper help COMMAND …`, if another program serves that command.
+#[must_use]
+pub fn help(mut words: impl Iterator<Item = OsString>) -> Option<(&'static str, Vec<OsString>)> {
+    words.next().filter(|word| word == "help")?;
+    let words: Vec<OsString> = words.chain([OsString::from("--help")]).collect();
+    let serves = |(_, commands): &&(&str, &[&str])| commands.iter().any(|command| words[0] == *command);
+    let (program, _) = TOOLS.iter().find(serves)?;
+    Some((program, words))
+}
+
 /// Replaces this process with `program`, which keeps its process number, standard streams and exit code.
 ///
 /// # Errors
@@ -91,4 +101,25 @@ pub fn main(role: &str, run: impl FnOnce() -> Result<Exit, Failure>) -> ExitCode
         }
         run()
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn help_of_a_command_of_another_program_is_asked_of_that_program() {
+        let asked = |words: &str| help(words.split_whitespace().map(OsString::from));
+        assert_eq!(
+            asked("help bag info"),
+            Some(("hopper-recordings", ["bag", "info", "--help"].map(OsString::from).to_vec()))
+        );
+        assert_eq!(
+            asked("help gif"),
+            Some(("hopper-figures", ["gif", "--help"].map(OsString::from).to_vec()))
+        );
+        for own in ["help", "help run", "bag info", ""] {
+            assert_eq!(asked(own), None, "{own}");
+        }
+    }
 }

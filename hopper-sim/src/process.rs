@@ -533,10 +533,12 @@ impl<P: Ports, R: RecordStore, O: FnMut(&Record)> HopperSim<P, R, O> {
         if known != decision {
             self.undecided = (decision, UNDECIDED_NS);
         }
-        let waited_ns = now.since_ns(published);
-        let Some(robot) = self.arbiter.awaited().filter(|_| known == decision && waited_ns >= due_ns) else {
+        // Before all are there, hopper-sim says for whom it waits.
+        let waited_ns = if self.assembled { now.since_ns(published) } else { 0 };
+        if known != decision || waited_ns < due_ns {
             return;
-        };
+        }
+        let Some(robot) = self.arbiter.awaited() else { return };
         self.undecided = (decision, 2 * waited_ns);
         let alive = self.membership.peer_table().live(now).map(|peer| peer.beat);
         let planners = alive.filter(|beat| beat.role == Role::Planner && beat.robots.has(robot));

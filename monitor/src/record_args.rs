@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 #[command(next_help_heading = "Recording")]
 pub struct RecordArgs {
     /// Record every public message as MCAP, readable by Foxglove, Rerun, and Python's mcap.
-    #[arg(long, value_name = "FILE", value_parser = node::output_path())]
+    #[arg(long, value_name = "FILE", value_parser = node::output_file_of(&["mcap"]))]
     pub record: Option<PathBuf>,
     /// Ask planners for their policies and record them too, which costs a planner time at every decision.
     #[arg(long, requires = "record")]

@@ -38,7 +38,7 @@ pub struct ViewArgs {
     #[arg(long, requires = "web")]
     pub open: bool,
     /// Serve the page, and what `--foxglove` serves, under this name too: that of a proxy, or of this machine in its network.
-    /// May be repeated; localhost and numeric addresses need not be named.
+    /// May be repeated; localhost, loopback and the address that is served need not be named.
     #[arg(long, value_name = "NAME", value_parser = host_name)]
     pub web_host: Vec<String>,
     /// Let page or terminal pause, step, change the pace, and hand over to a stand-by planner.

@@ -19,7 +19,7 @@ pub enum PlannerError {
     },
     /// The clairvoyant planner was asked for where the ground is unseen.
     #[error(
-        "the planner clairvoyant needs the whole ground, which only lockstep provides; got a mission over unseen ground"
+        "the planner clairvoyant suits a hopper that is alone, and needs the whole ground, which only lockstep provides"
     )]
     LockstepOnly,
     /// A mission in lockstep does not go on: nobody decides what is due, or only what is refused.

@@ -87,7 +87,7 @@ pub fn usual(brief: &Brief, vehicle: Option<Vehicle>) -> &'static str {
 #[must_use]
 pub fn listed() -> String {
     format!(
-        "{}; for its helicopter {}; for rovers that cover ground {}; for a rover that is scouted for {}, and its helicopter {}",
+        "{}; for a hopper's helicopter {}; for rovers that cover ground {}; for a rover that is scouted for {}, and its helicopter {}",
         ALGORITHMS.join(", "),
         AHEAD_ALGORITHMS.join(", "),
         COVER_ALGORITHMS.join(", "),

@@ -5,12 +5,13 @@ use process::{Exit, Failure, Membership, Ports, Process, Reader as _, Terms, Tur
 
 use crate::names::{self, MDP};
 
-/// Waits until a mission is known, and plans for nobody meanwhile.
+/// Waits until a mission is known. From the brief on it stands for its robots, since there is an algorithm for each: hopper-sim tells
+/// what they are once every robot that is due has a planner.
 pub struct UsualAlgorithm<P: Ports> {
     membership: Membership<P>,
     briefs: P::Reader<Brief>,
     teams: P::Reader<Team>,
-    robot: RobotId,
+    robots: RobotSet,
     brief: Option<Brief>,
     team: Option<Team>,
 }
@@ -26,7 +27,7 @@ impl<P: Ports> UsualAlgorithm<P> {
             membership: Membership::join(ports, Role::Planner, Name::NONE, terms)?,
             briefs: ports.reader(of_all, false)?,
             teams: ports.reader(of_all, false)?,
-            robot: robots.iter().next().unwrap_or(of_all),
+            robots,
             brief: None,
             team: None,
         })
@@ -37,11 +38,12 @@ impl<P: Ports> UsualAlgorithm<P> {
     #[must_use]
     pub fn name(&self) -> Option<&'static str> {
         let brief = self.brief.as_ref()?;
-        if !brief.has_team() || self.robot.0 >= brief.robots {
+        let robot = self.robots.iter().next()?;
+        if !brief.has_team() || robot.0 >= brief.robots {
             return Some(MDP);
         }
         let team = self.team.as_ref().filter(|team| team.run == brief.run)?;
-        Some(names::usual(brief, team.member(self.robot).map(|member| member.robot.vehicle)))
+        Some(names::usual(brief, team.member(robot).map(|member| member.robot.vehicle)))
     }
 }
 
@@ -57,6 +59,9 @@ impl<P: Ports> Process<P> for UsualAlgorithm<P> {
         self.team = accept(self.teams.newest()).or(self.team.take());
         if self.name().is_some() {
             return Ok(Turn::Leave(Exit::Done));
+        }
+        if self.brief.is_some() {
+            self.membership.tell_robots(self.robots);
         }
         let seen = (RunId(0), Decision(0), Status::Underway);
         self.membership.close_turn(ports, seen, Some("hopper-sim: a mission to plan for"))

@@ -298,6 +298,8 @@ impl Supervisor {
         let awaited = self.awaits_first_command().filter(|_| launch.decides_within_patience());
         let advanced = self.advanced;
         for peer in self.peers.iter_mut().filter(|peer| peer.is_own()) {
+            let beat = self.peer_table.live(now).find(|known| known.beat.pid == peer.beating_pid());
+            let unplanned = beat.map_or(RobotSet::NONE, |known| peer.robots.without(known.beat.robots));
             let ended = peer.ended()?.filter(|status| status.code().is_some());
             let is_awaited = awaited.is_some_and(|robot| peer.robots.has(robot));
             let robots = if launch.planners.len() == 1 {
@@ -311,6 +313,11 @@ impl Supervisor {
                 }
                 (None, None) if is_over(peer.started) => {
                     format!("has not joined{robots} within {patience:?}")
+                }
+                (Some(_), None) if !unplanned.is_empty() => {
+                    format!(
+                        "joined and cannot plan for robot {unplanned} of this mission: its output above says what that needs"
+                    )
                 }
                 (Some(joined), None) if is_awaited && is_over(joined.max(advanced)) => {
                     format!(

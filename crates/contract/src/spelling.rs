@@ -4,11 +4,27 @@
 /// `rnu` for `run` is one exchange of neighbours.
 const SHORT_LETTERS: usize = 5;
 
-/// The names of `known` that `got` resembles most, in their order; none if it resembles nothing. Capitals, and `-`
-/// instead of `_`, make no difference.
+/// Letters from which on what was typed may be a part of a name.
+const PART_LETTERS: usize = 4;
+
+/// The names of `known` that `got` resembles most, in their order; none if it resembles nothing. A name that begins with it, or
+/// has it as one of its words, comes before those that differ by a few letters. Capitals, and `-` instead of `_`, make no
+/// difference.
 #[must_use]
 pub fn nearest<'a>(got: &str, known: impl IntoIterator<Item = &'a str>) -> Vec<&'a str> {
     let got = folded(got);
+    let known: Vec<&str> = known.into_iter().collect();
+    let is_part = |name: &&&str| {
+        let name = folded(name);
+        name != got && (name.starts_with(&got) || name.split('_').any(|word| word == got))
+    };
+    let is_exact = known.iter().any(|name| folded(name) == got);
+    if !is_exact && got.chars().count() >= PART_LETTERS {
+        let parts: Vec<&str> = known.iter().filter(is_part).copied().collect();
+        if !parts.is_empty() {
+            return parts;
+        }
+    }
     let (mut nearest, mut least) = (Vec::new(), usize::MAX);
     for name in known {
         let folded = folded(name);
@@ -36,8 +52,9 @@ pub fn did_you_mean<'a>(got: &str, known: impl IntoIterator<Item = &'a str>) -> 
     }
 }
 
+/// In lower case, words separated by `_`; `A*` is written `astar`.
 fn folded(name: &str) -> String {
-    name.trim().to_lowercase().replace('-', "_")
+    name.trim().to_lowercase().replace(['-', ' '], "_").replace('*', "star")
 }
 
 #[cfg(test)]
@@ -53,6 +70,11 @@ mod tests {
             ("gredy", &["greedy"]),
             ("DStar-Lite", &["dstar_lite"]),
             ("dstar lite", &["dstar_lite"]),
+            ("dstar", &["dstar_lite"]),
+            ("D* Lite", &["dstar_lite"]),
+            ("d*lite", &["dstar_lite"]),
+            ("A*", &["astar"]),
+            ("lite", &["dstar_lite"]),
             ("a", &[]),
             ("", &[]),
             ("teleport", &[]),
@@ -62,6 +84,16 @@ mod tests {
         assert_eq!(did_you_mean("MDP", known), "; did you mean mdp?");
         assert_eq!(did_you_mean("rat", ["run", "cat", "bat"]), "; did you mean cat or bat?");
         assert_eq!(did_you_mean("teleport", known), "");
+    }
+
+    #[test]
+    fn what_begins_a_name_or_is_a_word_of_it_means_it() {
+        let known = ["rover-helicopter", "hopper-scout", "coverage", "coverage-8", "hard"];
+        assert_eq!(nearest("helicopter", known), ["rover-helicopter"]);
+        assert_eq!(nearest("rover", known), ["rover-helicopter"]);
+        assert_eq!(nearest("cover", known), ["coverage", "coverage-8"]);
+        assert_eq!(nearest("coverage", known), ["coverage"]);
+        assert!(nearest("he", known).is_empty());
     }
 
     #[test]

@@ -33,7 +33,8 @@ pub fn load(selector: impl AsRef<Path>) -> Result<Scenario, ScenarioError> {
     if let Some((name, text)) = BUILT_IN.into_iter().find(|(name, _)| path.as_os_str() == *name) {
         return Scenario::parse(text, &format!("built-in scenario {name}"));
     }
-    if !path.exists() {
+    let exists = path.try_exists().map_err(|source| ScenarioError::Read { path: path.into(), source })?;
+    if !exists {
         let built_in = BUILT_IN.map(|(name, _)| name);
         let meant = text::meant(path, &built_in);
         let got = path.display().to_string();

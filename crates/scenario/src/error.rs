@@ -54,7 +54,15 @@ pub enum ScenarioError {
         /// TOML files in it, separated by commas.
         files: String,
     },
-    /// The file exists but cannot be read, or is not UTF-8.
+    /// The file holds something else than text.
+    #[error("{}: need a scenario or a campaign, which is text, got bytes that are none{hint}", path.display())]
+    NotText {
+        /// File that was read.
+        path: PathBuf,
+        /// Where such a file belongs, by its name.
+        hint: &'static str,
+    },
+    /// The file exists but cannot be read.
     #[error("{}: cannot be read: {source}", path.display())]
     Read {
         /// File that was opened.

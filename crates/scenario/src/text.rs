@@ -24,7 +24,7 @@ const LINE_CHARACTERS_MAX: usize = 160;
 /// The text of the file at `path`, which may be a pipe.
 ///
 /// # Errors
-/// [`ScenarioError::Read`] if it cannot be read or is not UTF-8, [`ScenarioError::TooLong`] if it holds more than
+/// [`ScenarioError::Read`] if it cannot be read, [`ScenarioError::NotText`] if it is not UTF-8, [`ScenarioError::TooLong`] if it holds more than
 /// `bytes_max` bytes.
 pub fn read(path: &Path, bytes_max: u64) -> Result<String, ScenarioError> {
     if path.is_dir() {
@@ -39,7 +39,17 @@ pub fn read(path: &Path, bytes_max: u64) -> Result<String, ScenarioError> {
     if bytes.len() as u64 > bytes_max {
         return Err(ScenarioError::TooLong { path: path.into(), bytes_max });
     }
-    String::from_utf8(bytes).map_err(|error| unread(io::Error::new(io::ErrorKind::InvalidData, error)))
+    String::from_utf8(bytes).map_err(|_| ScenarioError::NotText { path: path.into(), hint: place_of(path) })
+}
+
+/// The end of a sentence about a file that is no text: where one with its ending belongs.
+fn place_of(path: &Path) -> &'static str {
+    let ending = path.extension().unwrap_or_default().to_ascii_lowercase();
+    match ending.to_str() {
+        Some("tif" | "tiff" | "asc" | "img" | "lbl") => "; an elevation model is given by --dem",
+        Some("mcap") => "; `hopper view` and `hopper bag` read recordings",
+        _ => "",
+    }
 }
 
 /// Whether `path` is meant as a file and not as a built-in name: it has a folder or an ending.
@@ -61,6 +71,10 @@ pub fn meant(path: &Path, built_in: &[&str]) -> String {
     let name = name.to_string_lossy();
     if let Some(file) = files.iter().find(|file| file.strip_suffix(".toml") == Some(&*name)) {
         return format!("; did you mean {file}?");
+    }
+    // A built-in one has no file.
+    if let Some(known) = name.strip_suffix(".toml").filter(|name| built_in.contains(name)) {
+        return format!("; did you mean the built-in {known}?");
     }
     let meant = did_you_mean(&name, built_in.iter().copied().chain(files.iter().map(String::as_str)));
     match meant.is_empty() {
