@@ -167,7 +167,8 @@ mod tests {
     /// P-FOXGLOVE-SILENT: a viewer that does not answer a ping is closed, though it keeps its socket open.
     #[test]
     fn a_viewer_that_stays_silent_is_closed() {
-        let (server, channels) = open(Patience { ping_ns: 20_000_000, silent_ns: 60_000_000 });
+        let (server, channels) =
+            open(Patience { ping_ns: 20_000_000, answer_ns: 40_000_000, drain_ns: 40_000_000 });
         let mut silent = connect(server.address);
         let mut all = Vec::new();
         silent.read_to_end(&mut all).unwrap();
