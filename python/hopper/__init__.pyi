@@ -47,8 +47,9 @@ def fly(
     timeout: float = 5.0,
 ) -> int: ...
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Flight:
+    def __eq__(self, other: object) -> bool: ...
     summary: dict[str, Any]
     rows: Columns
     route: Columns
@@ -64,12 +65,14 @@ def run(
     *,
     profile: str | None = None,
     dem: str | os.PathLike[str] | None = None,
+    nodata: float | Sequence[float] | None = None,
 ) -> Flight: ...
 
 def check(make: Callable[[], Planner]) -> None: ...
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class World:
+    def __eq__(self, other: object) -> bool: ...
     payoff: npt.ArrayLike
     goal: npt.ArrayLike
     lost: npt.ArrayLike
@@ -81,8 +84,9 @@ class World:
     loss: float = ...
     leaving: str = ...
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Solution:
+    def __eq__(self, other: object) -> bool: ...
     values: npt.NDArray[np.float64]
     policy: npt.NDArray[np.uint8]
     bound: float
@@ -92,8 +96,9 @@ class Solution:
 
 def solve(world: World, *, error_max: float = 1e-6, sweeps_max: int | None = None) -> Solution: ...
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Journal:
+    def __eq__(self, other: object) -> bool: ...
     seed: int
     digest: str
     brief: dict[str, Any]
@@ -103,8 +108,9 @@ class Journal:
 
 def read_journal(path: str | os.PathLike[str]) -> Journal: ...
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Recording:
+    def __eq__(self, other: object) -> bool: ...
     is_whole: bool
     lost_bytes: int
     metadata: dict[str, dict[str, str]]

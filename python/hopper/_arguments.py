@@ -5,9 +5,12 @@ from __future__ import annotations
 import math
 import operator
 import os
+import sys
+import warnings
 
 import numpy as np
 
+from . import _native
 from ._native import HopperError
 
 #: Seeds are below it.
@@ -79,11 +82,49 @@ def text(name, value):
     return str(value)
 
 
-def mission(scenario, profile, dem):
-    """Scenario, profile and elevation model as the native half takes them."""
+def mission(scenario, profile, dem, nodata):
+    """The scenario that is asked for, read and checked. It warns of what is probably not as intended."""
     if scenario is not None:
         scenario = text("a scenario", path("a scenario", scenario))
-    return scenario, text("a profile", profile), path("dem", dem)
+    resolved = _native.Resolved(scenario, text("a profile", profile), path("dem", dem), _nodata(nodata))
+    for warning in resolved.warnings:
+        _warn(warning)
+    return resolved
+
+
+def _nodata(value):
+    """Stored values that are nodata; None if that is not settled."""
+    if value is None:
+        return None
+    try:
+        several = [value] if np.ndim(value) == 0 else list(value)
+    except Exception:
+        raise HopperError(f"nodata needs to be a number, or several, got {told(value)}") from None
+    return [number("nodata", one) for one in several]
+
+
+#: Packages whose lines are not the user's.
+_BETWEEN = ("hopper", "gymnasium", "pettingzoo")
+
+
+def _warn(message):
+    """Warns at the line of the user that led here."""
+    frame, level = sys._getframe(1), 2
+    while frame.f_back is not None and str(frame.f_globals.get("__name__")).partition(".")[0] in _BETWEEN:
+        frame, level = frame.f_back, level + 1
+    warnings.warn(message, UserWarning, stacklevel=level)
+
+
+def options(value, *known):
+    """What `reset` is given beside a seed, a dictionary of the options that are `known`."""
+    given = {} if value is None else value
+    if not isinstance(given, dict):
+        raise HopperError(f"options need to be a dictionary, got {told(value)}")
+    strange = [name for name in given if not isinstance(name, str) or name not in known]
+    if strange:
+        need = f"{' and '.join(known)} alone" if known else "to be empty"
+        raise HopperError(f"options need {need}, got {told(strange[0])}")
+    return given
 
 
 def array(name, value, shape, kind):

@@ -9,12 +9,13 @@ import numpy as np
 
 from . import _arguments, _native
 from ._columns import columns
+from ._contents import Contents
 from ._native import HopperError
 
 
-@dataclasses.dataclass(frozen=True)
-class Flight:
-    """A mission that was flown.
+@dataclasses.dataclass(frozen=True, eq=False, repr=False)
+class Flight(Contents):
+    """A mission that was flown. Flights are equal if all that they hold is, times of planning too; equal missions have one digest.
 
     A notebook shows its picture; `plot()` draws it with matplotlib.
 
@@ -30,7 +31,7 @@ class Flight:
     rows: dict
     route: dict
     map: dict
-    _drawing: object = dataclasses.field(default=None, repr=False, compare=False)
+    _drawing: object = dataclasses.field(default=None, compare=False)
 
     @property
     def digest(self):
@@ -65,6 +66,12 @@ class Flight:
         )
         return ax
 
+    def __repr__(self):
+        scenario, seed, outcome, decisions, digest = (
+            self.summary[name] for name in ("scenario", "seed", "outcome", "decisions", "digest")
+        )
+        return f"<Flight of scenario {scenario}, seed {seed}: {outcome.replace('_', ' ')}, {decisions} decisions, digest {digest}>"
+
     def _repr_svg_(self):
         return self._drawing if isinstance(self._drawing, (str, type(None))) else self._drawing.svg()
 
@@ -75,13 +82,14 @@ class Flight:
         self.__dict__.update(state)
 
 
-def run(scenario=None, planner=None, seed=1, *, profile=None, dem=None):
+def run(scenario=None, planner=None, seed=1, *, profile=None, dem=None, nodata=None):
     """Flies a mission in this thread, without shared memory; the digest is that of the same mission flown live.
 
     `scenario` is a built-in name or a TOML file; by default "hard", or with `dem` one that fits the elevation model. `planner` is
     the name of a built-in planner for all robots whom it suits, or an object with a method `decide(brief, map, state)`; by
     default those that the scenario names. `profile` is "paper-2023", "hopper", or None for the scenario's. `dem` is the file of an
-    elevation model, in place of the scenario's.
+    elevation model, in place of the scenario's. `nodata` settles which of its stored values are nodata beside the declared one: a
+    number, or several; `[]` for none.
 
     What `decide` raises is raised here, and ends the mission. A planner that does not suit the mission is refused by name. Other
     threads run meanwhile.
@@ -90,8 +98,8 @@ def run(scenario=None, planner=None, seed=1, *, profile=None, dem=None):
         raise HopperError(f"a planner is a name or has a method decide(brief, map, state), got {_arguments.told(planner)}")
     if isinstance(planner, str):
         planner = _arguments.text("a planner", planner)
-    scenario, profile, dem = _arguments.mission(scenario, profile, dem)
-    return flight(*_native.run(scenario, planner, _arguments.seed(seed), profile, dem))
+    seed = _arguments.seed(seed)
+    return flight(*_native.run(_arguments.mission(scenario, profile, dem, nodata), planner, seed))
 
 
 def flight(summary, shape, rows, route, cells, drawing):

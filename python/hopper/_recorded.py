@@ -7,11 +7,12 @@ import json
 
 from . import _arguments, _native
 from ._columns import columns
+from ._contents import Contents
 from ._native import HopperError
 
 
-@dataclasses.dataclass(frozen=True)
-class Journal:
+@dataclasses.dataclass(frozen=True, eq=False, repr=False)
+class Journal(Contents):
     """A journal of decisions.
 
     Attributes:
@@ -30,6 +31,10 @@ class Journal:
     rows: dict
     route: dict
 
+    def __repr__(self):
+        scenario, decisions = self.brief["scenario"], len(self.rows["decision"])
+        return f"<Journal of scenario {scenario}, seed {self.seed}: {decisions} decisions, digest {self.digest}>"
+
 
 def read_journal(path):
     """Reads a journal, or the journal in the output directory of a run."""
@@ -38,8 +43,8 @@ def read_journal(path):
     return Journal(about["seed"], about["digest"], about["brief"], scenario, columns(rows), columns(route))
 
 
-@dataclasses.dataclass(frozen=True)
-class Recording:
+@dataclasses.dataclass(frozen=True, eq=False, repr=False)
+class Recording(Contents):
     """States and commands of a recording, one row for each message.
 
     Attributes:
@@ -57,6 +62,10 @@ class Recording:
     messages: dict
     states: dict
     commands: dict
+
+    def __repr__(self):
+        end = "whole" if self.is_whole else f"cut, {self.lost_bytes} bytes lost"
+        return f"<Recording of {sum(self.messages.values())} messages on {len(self.messages)} topics, {end}>"
 
 
 def read_recording(path):

@@ -8,14 +8,15 @@ import numpy as np
 
 from . import _arguments, _native
 from ._columns import columns
+from ._contents import Contents
 from ._native import HopperError
 
 #: Most cells of a world.
 _CELLS_MAX = 2**26
 
 
-@dataclasses.dataclass(frozen=True)
-class World:
+@dataclasses.dataclass(frozen=True, eq=False, repr=False)
+class World(Contents):
     """A grid world of hops, its arrays indexed [y, x], row 0 southernmost. One number stands for an array full of it.
 
     Attributes:
@@ -44,8 +45,8 @@ class World:
     leaving: str = "stays"
 
 
-@dataclasses.dataclass(frozen=True)
-class Solution:
+@dataclasses.dataclass(frozen=True, eq=False, repr=False)
+class Solution(Contents):
     """Certified values of a world. Unpacks as `values, policy, bound`.
 
     Attributes:
@@ -86,11 +87,17 @@ def solve(world, *, error_max=1e-6, sweeps_max=None):
     arrays = {name: _arguments.array(name, getattr(world, name), shape, kind) for name, kind in kinds.items()}
     native = _World(
         shape=shape, soils=_soils(world.soils), discount=_arguments.number("discount", world.discount),
-        loss=_arguments.number("loss", world.loss), leaving=_arguments.text("leaving", world.leaving) or "None", **arrays,
+        loss=_arguments.number("loss", world.loss), leaving=_leaving(world.leaving), **arrays,
     )
     table, bound, is_solved, sweeps = _native.solve(native, error_max, sweeps_max)
     table = columns(table)
     return Solution(table["values"].reshape(shape), table["policy"].reshape(shape), bound, is_solved, sweeps)
+
+
+def _leaving(leaving):
+    if leaving is None:
+        raise HopperError('leaving needs to be "stays" or "loses", got None')
+    return _arguments.text("leaving", leaving)
 
 
 def _soils(soils):

@@ -19,7 +19,10 @@ on impassable ground. A mission that runs out of steps is truncated; any other e
 
 `reset(seed=S)` begins the mission that `hopper run --seed S` flies: the same actions lead to the same digest, which
 `digest()` computes. `scenario` is a built-in name or a TOML file with one hopper and one goal, by default "hard", or with `dem`, the
-file of an elevation model, one that fits it.
+file of an elevation model, one that fits it; `nodata` settles which of its stored values are nodata, as in `hopper.run`. Files are read
+once: all missions of an environment, of its copies and of its pickles are over the ground that it was made with.
+
+`reset` takes no options but, in the vector form, `reset_mask`, an array of bools: the missions that begin; the others go on.
 
 Environments may be made in one thread and stepped in another. `copy.deepcopy` and `pickle` copy them with their missions;
 `snapshot()` and `restore()` of the unwrapped environment go back to an earlier moment, which is cheaper. `render_mode` is "rgb_array"
@@ -78,12 +81,12 @@ class Snapshot:
 class _Missions:
     """What the single and the vector environment have in common."""
 
-    def _begin(self, count, scenario, profile, dem, window, render_mode):
+    def _begin(self, count, scenario, profile, dem, nodata, window, render_mode):
         self._window = None
         self.render_mode = _scene.checked(render_mode)
-        scenario, profile, dem = _arguments.mission(scenario, profile, dem)
+        count = _arguments.integer("num_envs", count, 1, 2**31)
         window = _arguments.integer("a window", window, 0, 255)
-        self._batch = _native.Batch(scenario, profile, dem, _arguments.integer("num_envs", count, 1, 2**31), window)
+        self._batch = _native.Batch(_arguments.mission(scenario, profile, dem, nodata), count, window)
 
     @property
     def _open(self):
@@ -160,8 +163,10 @@ class HopperVectorEnv(_Missions, gymnasium.vector.VectorEnv):
 
     metadata = {"autoreset_mode": AutoresetMode.NEXT_STEP, "render_modes": ["human", "rgb_array"], "render_fps": 5}
 
-    def __init__(self, num_envs=1, *, scenario=None, profile=None, dem=None, window=11, copy=True, render_mode=None):
-        self._begin(num_envs, scenario, profile, dem, window, render_mode)
+    def __init__(
+        self, num_envs=1, *, scenario=None, profile=None, dem=None, nodata=None, window=11, copy=True, render_mode=None
+    ):
+        self._begin(num_envs, scenario, profile, dem, nodata, window, render_mode)
         self.num_envs = len(self._batch)
         self.single_observation_space, self.single_action_space = self._spaces()
         self.observation_space = batch_space(self.single_observation_space, self.num_envs)
@@ -172,8 +177,10 @@ class HopperVectorEnv(_Missions, gymnasium.vector.VectorEnv):
         self._rewards, self._ends = np.zeros(self.num_envs), np.zeros(self.num_envs, "u1")
 
     def reset(self, *, seed=None, options=None):
-        """Begins all missions: environment i with seed + i, or with seed[i]; without a seed, or where it is None, with a random one."""
+        """Begins all missions, or those of `options["reset_mask"]`: environment i with seed + i, or with seed[i]; without a seed, or
+        where it is None, with a random one."""
         batch, first = self._open, None
+        begins = self._mask(_arguments.options(options, "reset_mask"))
         if seed is None or isinstance(seed, (list, tuple, np.ndarray)) and np.ndim(seed) > 0:
             seeds = [None] * self.num_envs if seed is None else list(seed)
             if len(seeds) != self.num_envs:
@@ -183,11 +190,23 @@ class HopperVectorEnv(_Missions, gymnasium.vector.VectorEnv):
             first = _arguments.integer("a seed", seed, 0, _arguments.SEEDS - self.num_envs)
             seeds = range(first, first + self.num_envs)
         super().reset(seed=first)
-        batch.reset([int(self.np_random.integers(_SEEDS)) if one is None else one for one in seeds])
-        self._ends[:] = 0
+        seeds = [int(self.np_random.integers(_SEEDS)) if one is None and begin else one for one, begin in zip(seeds, begins)]
+        batch.reset([one if begin else None for one, begin in zip(seeds, begins)])
+        self._ends[begins] = 0
         if self.render_mode == "human":
             self.render()
         return self._observation(), {}
+
+    def _mask(self, options):
+        """The missions that `reset` begins."""
+        if "reset_mask" not in options:
+            return np.ones(self.num_envs, bool)
+        mask = options["reset_mask"]
+        if not isinstance(mask, np.ndarray) or mask.dtype != bool or mask.shape != (self.num_envs,) or np.ma.is_masked(mask):
+            raise HopperError(f"reset_mask needs to be an array of {self.num_envs} bools, got {_arguments.told(mask)}")
+        if not mask.any():
+            raise HopperError("reset_mask needs a mission that begins, got none")
+        return np.array(mask)
 
     def step(self, actions):
         """Takes an action in each mission; where one is refused, in none."""
@@ -235,14 +254,15 @@ class HopperEnv(_Missions, gymnasium.Env):
 
     metadata = {"render_modes": ["human", "rgb_array"], "render_fps": 5}
 
-    def __init__(self, *, scenario=None, profile=None, dem=None, window=11, render_mode=None):
-        self._begin(1, scenario, profile, dem, window, render_mode)
+    def __init__(self, *, scenario=None, profile=None, dem=None, nodata=None, window=11, render_mode=None):
+        self._begin(1, scenario, profile, dem, nodata, window, render_mode)
         self.observation_space, self.action_space = self._spaces()
         self._rewards, self._ends, self._begun = np.zeros(1), np.zeros(1, "u1"), False
 
     def reset(self, *, seed=None, options=None):
         """Begins a mission: that of `seed`, or a random one."""
         batch, seed = self._open, None if seed is None else _arguments.seed(seed)
+        _arguments.options(options)
         super().reset(seed=seed)
         batch.reset([int(self.np_random.integers(_SEEDS)) if seed is None else seed])
         self._begun = True

@@ -12,7 +12,10 @@ The reward is the number of cells that a step has covered first, 0 or 1, for the
 rovers at once: terminated when enough is covered, truncated when they run out of actions.
 
 `reset(seed=S)` begins the mission that `hopper run --seed S` flies: the same actions lead to the same digest, which `flight()`
-has once the mission is over. `parallel_env` is the same mission with one action for each rover at a time.
+has once the mission is over. It takes no options. `parallel_env` is the same mission with one action for each rover at a time.
+
+`scenario`, `profile`, `dem` and `nodata` are those of `hopper.run`, by default "coverage". Files are read once: all missions of an
+environment, of its copies and of its pickles are over the ground that it was made with.
 
 Environments may be made in one thread and used in another, one at a time. `copy.deepcopy`, `pickle`, `snapshot()` and `restore()` fly the
 actions so far again. `render_mode` is "rgb_array" or "human", which needs matplotlib.
@@ -53,6 +56,22 @@ def parallel_env(**arguments):
     return HopperParallelEnv(HopperAECEnv(**arguments))
 
 
+class _NotBegun(HopperError, AttributeError):
+    """What is asked for exists once the mission has begun."""
+
+
+class _Begun:
+    """Says what to do where something is asked for before the first `reset`."""
+
+    #: What there is from then on.
+    _from_reset = ("agents", "num_agents")
+
+    def __getattr__(self, name):
+        if name in self._from_reset:
+            raise _NotBegun("the mission is not begun: call reset()")
+        raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
+
+
 @dataclasses.dataclass(frozen=True)
 class Snapshot:
     """A moment of an environment, from `snapshot()`. It can be pickled, and restored in any environment of its scenario.
@@ -72,24 +91,26 @@ class Snapshot:
     random: dict
 
 
-class HopperAECEnv(AECEnv):
+class HopperAECEnv(_Begun, AECEnv):
     """A mission of several rovers; see the module."""
+
+    _from_reset = (*_Begun._from_reset, "agent_selection", "rewards", "terminations", "truncations", "infos")
 
     metadata = {
         "name": "planetary_hopper_v1", "render_modes": ["human", "rgb_array"], "render_fps": 5, "is_parallelizable": True
     }
 
-    def __init__(self, *, scenario=None, profile=None, dem=None, render_mode=None):
+    def __init__(self, *, scenario=None, profile=None, dem=None, nodata=None, render_mode=None):
         super().__init__()
         self._window = None
         self.render_mode = _scene.checked(render_mode)
         default = "coverage" if scenario is None and dem is None else scenario
-        self._arguments = _arguments.mission(default, profile, dem)
+        self._mission = _arguments.mission(default, profile, dem, nodata)
+        self._scenario = self._mission.identity
         self._random = np.random.default_rng()
         self._closed, self._seed, self._actions, self._flight = False, None, [], None
         self._fly(0)
         brief = self._due[0]
-        self._scenario = self._session.identity
         self.possible_agents = [f"robot_{number}" for number in range(brief.robots)]
         high = np.ones((6, brief.height, brief.width), "f4")
         high[3] = np.iinfo("u2").max
@@ -106,6 +127,7 @@ class HopperAECEnv(AECEnv):
     def reset(self, seed=None, options=None):
         """Begins a mission: that of `seed`, or a random one."""
         self._check_open()
+        _check_options(options)
         if seed is not None:
             seed = _arguments.seed(seed)
             self._random = np.random.default_rng(seed)
@@ -222,8 +244,6 @@ class HopperAECEnv(AECEnv):
         if not self._closed:
             self._fly(0 if self._seed is None else self._seed)
             self._seed = state["_seed"]
-            if self._session.identity != self._scenario:
-                raise HopperError(f"the scenario needs to be {self._scenario} as before, got {self._session.identity}")
             self._repeat(self._actions)
 
     def _again(self, snapshot):
@@ -246,7 +266,7 @@ class HopperAECEnv(AECEnv):
 
     def _fly(self, seed):
         """Begins the mission of `seed` in place of the one before."""
-        session = _native.Session(*self._arguments, seed)
+        session = _native.Session(self._mission, seed)
         due = session.next()
         if due is None:
             raise HopperError(f"the mission is over before its first decision: {_flight.flight(*session.ended()).summary['outcome']}")
@@ -288,11 +308,12 @@ class HopperAECEnv(AECEnv):
             raise HopperError("the mission is not begun: call reset()")
 
 
-class HopperParallelEnv(turn_based_aec_to_parallel_wrapper):
+class HopperParallelEnv(_Begun, turn_based_aec_to_parallel_wrapper):
     """The same mission with an action for every rover at a time, of which the rover takes its own whose turn it is."""
 
     def step(self, actions):
         """Takes the action of the rover whose turn it is; where any action is refused, none."""
+        self.aec_env._check_begun()
         if self.agents:
             if not isinstance(actions, dict):
                 raise HopperError(f"actions need to be a dictionary by agent, got {_arguments.told(actions)}")
@@ -319,6 +340,13 @@ class HopperParallelEnv(turn_based_aec_to_parallel_wrapper):
 
     def __copy__(self):
         return copy.deepcopy(self)
+
+
+def _check_options(options):
+    if isinstance(options, dict):
+        # pettingzoo's API test gives this one to every environment.
+        options = {name: value for name, value in options.items() if name != "options"}
+    _arguments.options(options)
 
 
 def _action(action):

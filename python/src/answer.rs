@@ -1,8 +1,9 @@
 //! Asks a Python planner, and makes an action of what it answers.
 
 use contract::{Action, Name, Task};
+use pyo3::intern;
 use pyo3::prelude::*;
-use pyo3::types::PyBool;
+use pyo3::types::{PyBool, PyType};
 
 use crate::arrays::{Arrays, News};
 use crate::view::{Brief, State};
@@ -18,6 +19,12 @@ pub struct Decider {
 impl Decider {
     /// The method `decide` of `planner`.
     pub fn new(planner: &Bound<'_, PyAny>) -> PyResult<Self> {
+        if let Ok(class) = planner.cast::<PyType>() {
+            let name = class.name()?;
+            return Err(crate::error(format!(
+                "a planner needs to be an instance, got the class {name}: write {name}() in its place"
+            )));
+        }
         let decide = planner.getattr("decide").ok().filter(|decide| decide.is_callable());
         let decide = decide.ok_or_else(|| {
             crate::error(format!("a planner needs a method decide(brief, map, state), got {}", told(planner)))
@@ -73,9 +80,11 @@ pub fn suits(task: Task) -> bool {
 
 /// The name of a planner: its attribute `name`, or its class.
 pub fn name(planner: &Bound<'_, PyAny>) -> PyResult<Name> {
-    let name = match planner.getattr("name") {
-        Ok(name) => name.extract::<String>()?,
-        Err(_) => planner.get_type().name()?.extract::<String>()?,
+    let name = match planner.getattr_opt(intern!(planner.py(), "name"))? {
+        Some(name) => name
+            .extract::<String>()
+            .map_err(|_| crate::error(format!("a planner's name needs to be text, got {}", told(&name))))?,
+        None => planner.get_type().name()?.extract::<String>()?,
     };
     name.parse().map_err(|error| crate::error(format!("a planner's name: {error}")))
 }

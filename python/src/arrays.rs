@@ -48,7 +48,7 @@ impl Watch {
     }
 }
 
-/// What has been seen so far. All arrays are read-only, indexed [y, x], row 0 southernmost.
+/// What has been seen so far. All arrays are read-only, indexed [y, x], row 0 southernmost; those of a copy are its own.
 #[pyclass(frozen, get_all, module = "hopper")]
 pub struct Map {
     /// Height above the datum, metres; NaN where unseen.
@@ -67,6 +67,55 @@ pub struct Map {
     pub treasures: Vec<(i32, i32)>,
     /// Equal for equal maps.
     pub fingerprint: u64,
+}
+
+#[pymethods]
+impl Map {
+    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
+        let (height, width): (usize, usize) = self.seen.getattr(py, "shape")?.extract(py)?;
+        let seen: u64 = self.seen.call_method0(py, "sum")?.extract(py)?;
+        Ok(format!(
+            "<Map of {width} x {height} cells, {seen} seen, {} treasures in sight>",
+            self.treasures.len()
+        ))
+    }
+
+    /// The map of this moment: its arrays are its own.
+    fn __copy__(&self, py: Python<'_>) -> PyResult<Self> {
+        let copied = |array: &Py<PyAny>| array.call_method0(py, "copy");
+        Ok(Self {
+            height_m: copied(&self.height_m)?,
+            gradient: copied(&self.gradient)?,
+            sand: copied(&self.sand)?,
+            passable: copied(&self.passable)?,
+            seen: copied(&self.seen)?,
+            visits: copied(&self.visits)?,
+            treasures: self.treasures.clone(),
+            fingerprint: self.fingerprint,
+        })
+    }
+
+    fn __deepcopy__(&self, py: Python<'_>, _memo: &Bound<'_, PyAny>) -> PyResult<Self> {
+        self.__copy__(py)
+    }
+
+    #[allow(clippy::type_complexity, reason = "what pickle asks for")]
+    fn __reduce__<'py>(
+        &self,
+        py: Python<'py>,
+    ) -> PyResult<(Bound<'py, PyAny>, ([Py<PyAny>; 6], Vec<(i32, i32)>, u64))> {
+        let Self { height_m, gradient, sand, passable, seen, visits, treasures, fingerprint } =
+            self.__copy__(py)?;
+        let arrays = [height_m, gradient, sand, passable, seen, visits];
+        Ok((py.import("hopper._native")?.getattr("read_map")?, (arrays, treasures, fingerprint)))
+    }
+}
+
+/// Reads a pickled map.
+#[pyfunction]
+pub fn read_map(arrays: [Py<PyAny>; 6], treasures: Vec<(i32, i32)>, fingerprint: u64) -> Map {
+    let [height_m, gradient, sand, passable, seen, visits] = arrays;
+    Map { height_m, gradient, sand, passable, seen, visits, treasures, fingerprint }
 }
 
 /// The arrays' memory.

@@ -4,7 +4,6 @@
 //! and draws as hopper-sim does. The digest is computed on request, by hopper-sim's own dynamics over the actions taken, so
 //! it also proves the tables.
 
-use std::path::PathBuf;
 use std::sync::{Arc, Mutex};
 
 use contract::{Action, Brief, Cell, Status, Task};
@@ -16,7 +15,8 @@ use pyo3::types::PyDict;
 use crate::boundary::{guarded, locked};
 use crate::columns::Columns;
 use crate::ground::{Ground, PLANES};
-use crate::mission::{self, Asked, Need};
+use crate::mission::{self, Need};
+use crate::resolved::Resolved;
 use crate::trial::Trial;
 
 /// Numbers beside the planes: x, y, cells to the goal along x and y, share of the steps left.
@@ -28,10 +28,8 @@ const MISSIONS_MAX: usize = 1 << 20;
 /// Missions over one scenario, each at its own decision.
 #[pyclass(frozen, module = "hopper._native")]
 pub struct Batch {
-    asked: Asked,
+    resolved: Py<Resolved>,
     ground: Arc<Ground>,
-    /// Of the scenario, with its profile: missions of one are of no use to another.
-    identity: String,
     /// Cells of a window's side; 0 for the whole map.
     window: usize,
     trials: Mutex<Vec<Trial>>,
@@ -47,17 +45,9 @@ type Snapshot = (String, Vec<Past>);
 impl Batch {
     /// `count` missions of a scenario, not begun.
     #[new]
-    fn new(
-        py: Python<'_>,
-        scenario: Option<String>,
-        profile: Option<String>,
-        dem: Option<PathBuf>,
-        count: usize,
-        window: usize,
-    ) -> PyResult<Self> {
+    fn new(resolved: Bound<'_, Resolved>, count: usize, window: usize) -> PyResult<Self> {
         guarded(|| {
-            let asked = Asked { scenario, profile, dem };
-            let world = asked.world(py)?;
+            let world = &resolved.get().0;
             if world.brief.task() != Task::Reach {
                 return Err(mission::no_environment(world.brief.scenario, Need::Hopper));
             }
@@ -74,11 +64,11 @@ impl Batch {
                     MISSIONS_MAX.min(most)
                 )));
             }
-            let identity = mission::identity(&world);
-            let mission = Mission { brief: world.brief, terrain: world.terrain, seed: 0, fleet: None };
+            let mission =
+                Mission { brief: world.brief, terrain: Arc::clone(&world.terrain), seed: 0, fleet: None };
             let ground = Arc::new(Ground::new(mission));
             let trials = Mutex::new(vec![Trial::new(&ground); count]);
-            Ok(Self { asked, ground, identity, window, trials })
+            Ok(Self { resolved: resolved.unbind(), ground, window, trials })
         })
     }
 
@@ -100,15 +90,19 @@ impl Batch {
         locked(&self.trials).len()
     }
 
-    /// Begins every mission with its seed.
-    fn reset(&self, seeds: Vec<u64>) -> PyResult<()> {
+    /// Begins every mission that has a seed here; the others go on.
+    fn reset(&self, seeds: Vec<Option<u64>>) -> PyResult<()> {
         guarded(|| {
             let mut trials = locked(&self.trials);
             if seeds.len() != trials.len() {
                 let (need, got) = (trials.len(), seeds.len());
                 return Err(crate::error(format!("{need} missions need a seed each, got {got} seeds")));
             }
-            trials.iter_mut().zip(seeds).for_each(|(trial, seed)| trial.begin(&self.ground, seed));
+            for (trial, seed) in trials.iter_mut().zip(seeds) {
+                if let Some(seed) = seed {
+                    trial.begin(&self.ground, seed);
+                }
+            }
             Ok(())
         })
     }
@@ -219,17 +213,17 @@ impl Batch {
             let codes = || trial.actions.iter().map(|action| action.code() as u8).collect();
             trial.begun.then(|| (trial.seed, codes()))
         };
-        (self.identity.clone(), locked(&self.trials).iter().map(past).collect())
+        (self.identity(), locked(&self.trials).iter().map(past).collect())
     }
 
     /// Takes the missions of a snapshot, or none of them.
     fn restore(&self, snapshot: Snapshot) -> PyResult<()> {
         guarded(|| {
             let (identity, pasts) = snapshot;
-            if identity != self.identity {
+            if identity != self.identity() {
                 return Err(crate::error(format!(
                     "a snapshot needs to be of this scenario, {}, got one of {identity}",
-                    self.identity
+                    self.identity()
                 )));
             }
             let count = locked(&self.trials).len();
@@ -245,32 +239,27 @@ impl Batch {
         })
     }
 
-    fn __copy__(&self) -> Self {
+    fn __copy__(&self, py: Python<'_>) -> Self {
         Self {
-            asked: self.asked.clone(),
+            resolved: self.resolved.clone_ref(py),
             ground: Arc::clone(&self.ground),
-            identity: self.identity.clone(),
             window: self.window,
             trials: Mutex::new(locked(&self.trials).clone()),
         }
     }
 
-    fn __deepcopy__(&self, _memo: &Bound<'_, PyAny>) -> Self {
-        self.__copy__()
+    fn __deepcopy__(&self, py: Python<'_>, _memo: &Bound<'_, PyAny>) -> Self {
+        self.__copy__(py)
     }
 
     #[allow(clippy::type_complexity, reason = "what pickle asks for")]
     fn __reduce__<'py>(
         slf: &Bound<'py, Self>,
-    ) -> PyResult<(
-        Bound<'py, PyAny>,
-        (Option<String>, Option<String>, Option<PathBuf>, usize, usize),
-        Snapshot,
-    )> {
+    ) -> (Bound<'py, PyAny>, (Py<Resolved>, usize, usize), Snapshot) {
         let batch = slf.get();
-        let Asked { scenario, profile, dem } = batch.asked.clone();
         let snapshot = batch.snapshot();
-        Ok((slf.get_type().into_any(), (scenario, profile, dem, snapshot.1.len(), batch.window), snapshot))
+        let arguments = (batch.resolved.clone_ref(slf.py()), snapshot.1.len(), batch.window);
+        (slf.get_type().into_any(), arguments, snapshot)
     }
 
     fn __setstate__(&self, snapshot: Snapshot) -> PyResult<()> {
@@ -279,6 +268,11 @@ impl Batch {
 }
 
 impl Batch {
+    /// Of the scenario, with its profile: missions of one are of no use to another.
+    fn identity(&self) -> String {
+        self.resolved.get().identity()
+    }
+
     /// The mission that went like this.
     fn again(&self, past: &Past) -> PyResult<Trial> {
         let mut trial = Trial::new(&self.ground);

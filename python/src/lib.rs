@@ -14,6 +14,7 @@ mod ground;
 mod memory;
 mod mission;
 mod recorded;
+mod resolved;
 mod session;
 mod solve;
 mod trial;
@@ -34,9 +35,9 @@ pyo3::create_exception!(
     "Raised inside decide() when its time is up; the robot holds."
 );
 
-/// An error with its message.
+/// An error with its message, in the words of the operating system without its numbers.
 fn error(error: impl std::fmt::Display) -> PyErr {
-    HopperError::new_err(error.to_string())
+    HopperError::new_err(process::Failure::run(error).message)
 }
 
 /// The native half of the package `hopper`.
@@ -47,11 +48,16 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<view::Brief>()?;
     module.add_class::<view::State>()?;
     module.add_class::<arrays::Map>()?;
+    module.add_class::<resolved::Resolved>()?;
     module.add_class::<batch::Batch>()?;
     module.add_class::<session::Session>()?;
     module.add_class::<drawing::Drawing>()?;
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     module.add_function(wrap_pyfunction!(fly::fly, module)?)?;
+    module.add_function(wrap_pyfunction!(resolved::read_resolved, module)?)?;
+    module.add_function(wrap_pyfunction!(view::read_brief, module)?)?;
+    module.add_function(wrap_pyfunction!(view::read_state, module)?)?;
+    module.add_function(wrap_pyfunction!(arrays::read_map, module)?)?;
     module.add_function(wrap_pyfunction!(mission::run, module)?)?;
     module.add_function(wrap_pyfunction!(mission::check, module)?)?;
     module.add_function(wrap_pyfunction!(recorded::read_journal, module)?)?;

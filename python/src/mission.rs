@@ -1,70 +1,24 @@
 //! Whole missions in lockstep.
 
-use std::path::PathBuf;
-
-use contract::{Brief, MonotonicNs, Name, Profile, Record, RunId, Task};
+use contract::{Brief, MonotonicNs, Name, Record, RunId, Task};
 use hopper_sim::Mission;
 use lockstep::{Flown, PlannerSchedule};
 use planner::{Budget, Plan, PlanStatus, Planner, PlannerError, Situation};
-use pyo3::exceptions::PyUserWarning;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use report::SummaryBuilder;
-use scenario::{MissionKind, Overrides, ResolvedScenario, Scenario};
+use scenario::{MissionKind, ResolvedScenario, Scenario};
 
 use crate::answer::{self, Decider};
 use crate::arrays::Watch;
 use crate::boundary::{Lookout, Raised, guarded};
 use crate::columns;
 use crate::drawing::Drawing;
+use crate::resolved::Resolved;
 use crate::view::State;
 
 /// The run of missions flown here; nothing depends on it.
 pub const RUN: RunId = RunId(1);
-
-/// The mission that is asked for, as `hopper run` takes it.
-#[derive(Clone, Debug)]
-pub struct Asked {
-    /// A built-in name or a file; `None` for `hard`, or for one that fits the elevation model.
-    pub scenario: Option<String>,
-    pub profile: Option<String>,
-    /// Elevation model in place of the scenario's, or alone.
-    pub dem: Option<PathBuf>,
-}
-
-impl Asked {
-    /// The scenario, resolved. Its warnings are Python's.
-    pub fn world(&self, py: Python<'_>) -> PyResult<ResolvedScenario> {
-        let profile: Option<Profile> =
-            self.profile.as_deref().map(str::parse).transpose().map_err(crate::error)?;
-        let world = py.detach(|| {
-            let overrides = Overrides { profile, dem: self.dem.clone(), ..Overrides::default() };
-            let scenario = match (self.scenario.as_deref(), &self.dem) {
-                (None, Some(dem)) => {
-                    let fitted = scenario::fitted(dem).map_err(|error| error.to_string())?;
-                    fitted.scenario.with(&Overrides { dem: None, ..overrides })
-                }
-                (scenario, _) => {
-                    let scenario = scenario::load(scenario.unwrap_or("hard"));
-                    scenario.map_err(|error| error.to_string())?.with(&overrides)
-                }
-            };
-            scenario.resolve().map_err(|error| error.to_string())
-        });
-        let world = world.map_err(crate::error)?;
-        for warning in &world.warnings {
-            let text = std::ffi::CString::new(warning.to_string()).unwrap_or_default();
-            PyErr::warn(py, &py.get_type::<PyUserWarning>(), &text, 2)?;
-        }
-        Ok(world)
-    }
-}
-
-/// What tells missions of one scenario from those of another: name, hash and profile.
-pub fn identity(world: &ResolvedScenario) -> String {
-    let hash: String = world.hash.iter().take(8).map(|byte| format!("{byte:02x}")).collect();
-    format!("{} ({}, {hash})", world.brief.scenario, world.brief.profile)
-}
 
 /// What an environment is made for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -140,14 +94,12 @@ pub type Answer<'py> =
 #[pyfunction]
 pub fn run<'py>(
     py: Python<'py>,
-    scenario: Option<String>,
+    resolved: &Bound<'py, Resolved>,
     planner: Option<Bound<'py, PyAny>>,
     seed: u64,
-    profile: Option<String>,
-    dem: Option<PathBuf>,
 ) -> PyResult<Answer<'py>> {
     guarded(|| {
-        let world = Asked { scenario, profile, dem }.world(py)?;
+        let world = &resolved.get().0;
         let brief = Brief { run: RUN, ..world.brief };
         let raised = Raised::default();
         let (mut own, mut given) = (None, None);
@@ -155,7 +107,7 @@ pub fn run<'py>(
             match planner.extract::<String>() {
                 Ok(name) => given = Some(name.parse::<Name>().map_err(crate::error)?),
                 Err(_) => {
-                    let (name, decider) = (answer::name(planner)?, Decider::new(planner)?);
+                    let (decider, name) = (Decider::new(planner)?, answer::name(planner)?);
                     let raised = raised.clone();
                     own = Some(Local { name, decider, watch: Watch::default(), raised });
                 }
@@ -187,7 +139,7 @@ pub fn run<'py>(
                 .map_err(|error| refused(&brief, &error))?;
             Ok::<_, PyErr>((flown, records))
         })?;
-        told(py, &world, &brief, seed, flown, records)
+        told(py, world, &brief, seed, flown, records)
     })
 }
 
@@ -226,7 +178,7 @@ pub fn check(make: &Bound<'_, PyAny>) -> PyResult<()> {
         let raised = Raised::default();
         let local = || {
             let made = make.call0().and_then(|planner| {
-                let (name, decider) = (answer::name(&planner)?, Decider::new(&planner)?);
+                let (decider, name) = (Decider::new(&planner)?, answer::name(&planner)?);
                 Ok(Local { name, decider, watch: Watch::default(), raised: raised.clone() })
             });
             made.unwrap_or_else(|error| raised.raise(error))

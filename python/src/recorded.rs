@@ -21,6 +21,14 @@ pub fn read_journal<'py>(
     guarded(|| {
         let inner = path.join("journal");
         let folder = if !Journal::exists(&path) && Journal::exists(&inner) { inner } else { path };
+        if std::fs::metadata(&folder).is_ok_and(|data| !data.is_dir()) {
+            let of_file = folder.parent().filter(|parent| Journal::exists(parent));
+            let hint = of_file.map_or_else(String::new, |parent| format!(": name {}", parent.display()));
+            let got = folder.display();
+            return Err(crate::error(format!(
+                "a journal needs to be a folder, or the output folder of a run, got the file {got}{hint}"
+            )));
+        }
         let journal = JournalReader::open(&folder).map_err(crate::error)?;
         journal.require_sound().map_err(crate::error)?;
         let records: Vec<Record> = journal.records().collect::<Result<_, _>>().map_err(crate::error)?;

@@ -2,7 +2,6 @@
 //!
 //! The mission flies in a thread of its own, whose planner sends each question to the caller and waits for the answer.
 
-use std::path::PathBuf;
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Mutex, MutexGuard, PoisonError, TryLockError};
 use std::thread::JoinHandle;
@@ -16,7 +15,8 @@ use scenario::ResolvedScenario;
 
 use crate::arrays::{Arrays, Map, News, Watch};
 use crate::boundary::guarded;
-use crate::mission::{Answer, Asked, Need, RUN, identity, no_environment, refused, told};
+use crate::mission::{Answer, Need, RUN, no_environment, refused, told};
+use crate::resolved::Resolved;
 use crate::view;
 
 /// A decision that is due.
@@ -81,15 +81,9 @@ struct Turn {
 impl Session {
     /// Begins a mission.
     #[new]
-    fn new(
-        py: Python<'_>,
-        scenario: Option<String>,
-        profile: Option<String>,
-        dem: Option<PathBuf>,
-        seed: u64,
-    ) -> PyResult<Self> {
+    fn new(resolved: &Bound<'_, Resolved>, seed: u64) -> PyResult<Self> {
         guarded(|| {
-            let world = Asked { scenario, profile, dem }.world(py)?;
+            let world = resolved.get().0.clone();
             let brief = Brief { run: RUN, ..world.brief };
             if brief.cover.is_none() || brief.mixed.is_some() {
                 return Err(no_environment(brief.scenario, Need::Rovers));
@@ -105,12 +99,6 @@ impl Session {
                 Turn { ports: Some((inbox, outbox)), flight: Some(flight), arrays: None, awaits: false };
             Ok(Self { world, brief, seed, pid: std::process::id(), turn: Mutex::new(turn) })
         })
-    }
-
-    /// What tells missions of this scenario from those of another.
-    #[getter]
-    fn identity(&self) -> String {
-        identity(&self.world)
     }
 
     /// The decision that is due; None once the mission is over.

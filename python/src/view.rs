@@ -106,6 +106,35 @@ impl Brief {
     fn json(&self) -> PyResult<String> {
         serde_json::to_string(&self.0).map_err(crate::error)
     }
+
+    fn __repr__(&self) -> String {
+        let contract::Brief { scenario, profile, robots, grid, start, goal, .. } = &self.0;
+        let ends = if self.0.is_of_hopper() { format!(", from {start} to {goal}") } else { String::new() };
+        format!(
+            "<Brief of scenario {scenario}, profile {profile}: task {}, robots {robots}, {} x {} cells{ends}>",
+            self.task(),
+            grid.width,
+            grid.height
+        )
+    }
+
+    fn __copy__(slf: Bound<'_, Self>) -> Bound<'_, Self> {
+        slf
+    }
+
+    fn __deepcopy__<'py>(slf: Bound<'py, Self>, _memo: &Bound<'_, PyAny>) -> Bound<'py, Self> {
+        slf
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (String,))> {
+        Ok((py.import("hopper._native")?.getattr("read_brief")?, (self.json()?,)))
+    }
+}
+
+/// Reads a pickled brief.
+#[pyfunction]
+pub fn read_brief(json: &str) -> PyResult<Brief> {
+    serde_json::from_str(json).map(Brief).map_err(crate::error)
 }
 
 /// The state at a decision.
@@ -186,6 +215,30 @@ impl State {
     fn json(&self) -> PyResult<String> {
         serde_json::to_string(&(&self.state, &self.team)).map_err(crate::error)
     }
+
+    fn __repr__(&self) -> String {
+        let (robot, cell, steps) = (self.robot(), self.at(), self.state.steps);
+        format!("<State of decision {}: robot {robot} at {cell}, {steps} steps>", self.state.decision)
+    }
+
+    fn __copy__(slf: Bound<'_, Self>) -> Bound<'_, Self> {
+        slf
+    }
+
+    fn __deepcopy__<'py>(slf: Bound<'py, Self>, _memo: &Bound<'_, PyAny>) -> Bound<'py, Self> {
+        slf
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (String,))> {
+        Ok((py.import("hopper._native")?.getattr("read_state")?, (self.json()?,)))
+    }
+}
+
+/// Reads a pickled state.
+#[pyfunction]
+pub fn read_state(json: &str) -> PyResult<State> {
+    let (state, team) = serde_json::from_str(json).map_err(crate::error)?;
+    Ok(State { state, team })
 }
 
 fn pair(cell: Cell) -> (i32, i32) {

@@ -1,8 +1,11 @@
 """What the package promises without a running mission; prints digests as JSON. Run by tests/python.rs."""
 
+import copy
 import dataclasses
+import importlib.metadata
 import inspect
 import json
+import pickle
 import pydoc
 import re
 import sys
@@ -104,6 +107,8 @@ def errors():
                Raising(lambda: answer))
     raises(hopper.HopperError, "a planner is a name or has a method decide", hopper.run, "hard", object())
     raises(hopper.HopperError, "a planner needs a method decide", hopper.fly, object())
+    for call in (lambda: hopper.run("hard", MyPlanner), lambda: hopper.fly(MyPlanner), lambda: hopper.check(lambda: MyPlanner)):
+        raises(hopper.HopperError, "needs to be an instance, got the class MyPlanner: write MyPlanner()", call)
     raises(hopper.HopperError, "no planner is called \"oracle\"", hopper.run, "hard", "oracle")
     raises(hopper.HopperError, "scenario hard needs one of the planners", hopper.run, "hard", "cover_frontier")
     raises(hopper.HopperError, "nowhere", hopper.run, "nowhere")
@@ -115,6 +120,58 @@ def errors():
         assert error.exit_code == 4 and "hopper-sim" in str(error), error
     else:
         raise AssertionError("nobody is there")
+
+
+def keeping(kind):
+    """A planner of that kind which keeps copies of what it is given, made in each way."""
+    class Keeping(kind):
+        def decide(self, brief, map, state):
+            given = brief, map, state
+            for thing in given:
+                text = repr(thing)
+                assert text.startswith(f"<{type(thing).__name__} of ") and "\n" not in text and len(text) < 200, text
+            if state.decision == 4:
+                self.told = brief.json(), state.json(), repr(map), map.fingerprint
+                self.arrays = map.seen.copy(), map.height_m.copy(), map.visits.copy()
+                self.copies = [tuple(copy.copy(thing) for thing in given), copy.deepcopy(given), pickle.loads(pickle.dumps(given))]
+            return super().decide(brief, map, state)
+
+    return Keeping()
+
+
+def kept():
+    """Copies and pickles of brief, map and state are those of their decision."""
+    for scenario, kind in [("hard", MyPlanner), ("coverage", Sweeping)]:
+        planner = keeping(kind)
+        hopper.run(scenario, planner, 3)
+        for brief, map, state in planner.copies:
+            assert (brief.json(), state.json(), repr(map), map.fingerprint) == planner.told
+            for array, expected in zip((map.seen, map.height_m, map.visits), planner.arrays):
+                assert array.dtype == expected.dtype and np.array_equal(array, expected, equal_nan=array.dtype.kind == "f")
+            assert state.decision == 4 and brief.target(state.cell, 0) == state.cell
+
+
+def compared():
+    """What holds arrays is compared by its contents, and shown in a line."""
+    zeros = np.zeros((20, 20))
+    worlds = [hopper.World(zeros + at, np.eye(20, dtype=bool), zeros) for at in (0, 0, 1)]
+    solutions = [hopper.solve(world) for world in worlds[:2]]
+    assert worlds[0] == worlds[1] != worlds[2] and worlds[1] in worlds[:1] and solutions[0] == solutions[1] != worlds[0]
+    assert hopper.World(zeros * np.nan, 0, 0) == hopper.World(zeros * np.nan, 0, 0) != hopper.World(zeros, 0, 0)
+    assert hopper.World([[1, 2], [3]], 0, 0) != hopper.World("x", 0, 0) and hopper.World(0, 0, 0) != 5
+    flight = hopper.run("hard", "greedy", 3)
+    for thing in (*worlds, *solutions, flight):
+        assert "\n" not in repr(thing) and len(repr(thing)) < 400, repr(thing)
+    assert repr(flight) == f"<Flight of scenario hard, seed 3: {flight.summary['outcome']}, " \
+        f"{flight.summary['decisions']} decisions, digest {flight.digest}>", repr(flight)
+
+
+def metadata():
+    """The wheel says what the package is and how it is licensed."""
+    about = importlib.metadata.metadata("hopper-autonomy")
+    assert about["License-Expression"] == "Apache-2.0 OR MIT" and about["Summary"] and "hopper.run(" in about.get_payload()
+    names = {file.name for file in importlib.metadata.files("hopper-autonomy")}
+    assert {"LICENSE-APACHE", "LICENSE-MIT"} <= names, names
 
 
 class EastFirst(MyPlanner):
@@ -187,7 +244,9 @@ def solver():
     assert set(policy[free]) <= {1, 2, 3, 4} and not policy[~free].any()
     raises(hopper.HopperError, "discount", hopper.solve, hopper.World(payoff, goal, lost, discount=1.0))
     raises(hopper.HopperError, "goal needs shape (13, 17)", hopper.solve, hopper.World(payoff, goal[1:], lost))
-    raises(hopper.HopperError, "leaving", hopper.solve, hopper.World(payoff, goal, lost, leaving="flies"))
+    for leaving, got in [("flies", '"flies"'), ("", '""'), (None, "None")]:
+        raises(hopper.HopperError, f'leaving needs to be "stays" or "loses", got {got}', hopper.solve,
+               hopper.World(payoff, goal, lost, leaving=leaving))
     raises(hopper.HopperError, "finite payoff", hopper.solve, hopper.World(payoff * np.nan, goal, lost))
     assert not hopper.solve(world, error_max=1e-300).is_solved
 
@@ -244,5 +303,8 @@ errors()
 law()
 solver()
 documented()
+kept()
+compared()
+metadata()
 pictures()
 print(json.dumps({"mdp": hopper.run("hard", seed=3).digest, "template": digest, "own": own_planners()}))

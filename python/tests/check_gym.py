@@ -1,5 +1,6 @@
 """The environments: gymnasium's checks, and digests of live missions. Prints what tests/python.rs compares."""
 
+import inspect
 import json
 import pathlib
 import tempfile
@@ -11,6 +12,7 @@ from gymnasium.utils.env_checker import check_env
 
 import hopper
 import hopper.gym
+import hopper.pettingzoo
 
 # Nothing that a user does by the book warns: MuJoCo's robot is called Hopper, too.
 warnings.simplefilter("error")
@@ -187,8 +189,109 @@ def elsewhere():
         assert hopper.run(dem=str(dem), planner="greedy").summary["scenario"] == flight.summary["scenario"]
 
 
+def masked():
+    """`reset_mask` begins the missions that it names, as gymnasium's own vector environment does, and no other option is taken."""
+    native, sync = (
+        gymnasium.make_vec("PlanetaryHopper-v1", num_envs=3, vectorization_mode=mode, scenario="sandy")
+        for mode in ("vector_entry_point", "sync")
+    )
+    random = np.random.default_rng(4)
+    native.reset(seed=7), sync.reset(seed=7)
+    over = np.zeros(3, bool)
+    for turn in range(300):
+        if turn % 10 == 9 or over.any():
+            # Those that are over begin, so that no other seed is drawn.
+            mask = over | (random.random(3) < 0.4)
+            if not mask.any():
+                mask[turn % 3] = True
+            seed = int(random.integers(1000)) if turn % 2 else [int(one) for one in random.integers(1000, size=3)]
+            before = [native.told(index) for index in range(3)]
+            options = {"reset_mask": mask.copy()}
+            ours, theirs = native.reset(seed=seed, options=options)[0], sync.reset(seed=seed, options={"reset_mask": mask.copy()})[0]
+            assert list(options) == ["reset_mask"], "the caller's dictionary is the caller's"
+            seeds = [seed + index for index in range(3)] if isinstance(seed, int) else seed
+            for index in range(3):
+                assert native.told(index) == ((seeds[index], 0, 0, "underway") if mask[index] else before[index]), (mask, index)
+            over = np.zeros(3, bool)
+        else:
+            actions = random.integers(5, size=3)
+            (ours, *ends), (theirs, *their_ends) = native.step(actions), sync.step(actions)
+            assert all((one == other).all() for one, other in zip(ends[:3], their_ends[:3]))
+            over = ends[1] | ends[2]
+        for name in ("planes", "numbers"):
+            assert (ours[name] == theirs[name]).all(), (turn, name)
+    before = [native.told(index) for index in range(3)]
+    native.reset(options={"reset_mask": np.array([False, True, False])})
+    assert [native.told(index) == before[index] for index in range(3)] == [True, False, True], "a random seed for one"
+
+    single, rovers = hopper.gym.HopperEnv(), hopper.pettingzoo.env()
+    for env in (native, single, rovers, hopper.pettingzoo.parallel_env()):
+        env.reset(seed=1, options=None), env.reset(seed=1, options={})
+        env.step(np.array([1, 2, 3]) if env is native else {agent: 1 for agent in env.agents} if hasattr(env, "aec_env") else 1)
+        before = env.snapshot() if hasattr(env, "snapshot") else env.unwrapped.snapshot()
+        for options in [3, "x", [], ["reset_mask"], {"seed": 3}, {"foo": 1}, {3: 1}, {"reset_mask": None}, {"reset_mask": [True] * 3},
+                        {"reset_mask": np.ones(3)}, {"reset_mask": np.ones(4, bool)}, {"reset_mask": np.zeros(3, bool)},
+                        *([] if env is native else [{"reset_mask": np.ones(1, bool)}])]:
+            try:
+                env.reset(seed=1, options=options)
+            except hopper.HopperError as error:
+                assert "options need" in str(error) or "reset_mask needs" in str(error), error
+            else:
+                raise AssertionError(f"options {options} need to be refused")
+            assert (env.snapshot() if hasattr(env, "snapshot") else env.unwrapped.snapshot()) == before, "nothing has moved"
+
+
+def settled():
+    """Warnings are about the line that asked, in Python's words, and `nodata` settles them."""
+    with tempfile.TemporaryDirectory() as folder:
+        dem = pathlib.Path(folder, "dem.asc")
+        rows = 2 + 0.3 * np.sin(np.arange(30) / 3.0) + np.zeros((20, 1))
+        rows[10, 14:16] = -9999
+        header = "ncols 30\nnrows 20\nxllcorner 0\nyllcorner 0\ncellsize 1\n"
+        dem.write_text(header + "\n".join(" ".join(f"{height:.4f}" for height in row) for row in rows))
+        makers = [
+            lambda **named: hopper.run(planner="greedy", **named),
+            lambda **named: gymnasium.make("PlanetaryHopper-v1", **named),
+            lambda **named: gymnasium.make_vec("PlanetaryHopper-v1", num_envs=2, **named),
+            hopper.gym.HopperEnv,
+        ]
+        for make in makers:
+            with warnings.catch_warnings(record=True) as given:
+                warnings.simplefilter("always")
+                line = inspect.currentframe().f_lineno + 1
+                make(dem=dem)
+            text = str(given[0].message)
+            lines = {line, make.__code__.co_firstlineno} if inspect.isfunction(make) else {line}
+            assert len(given) == 1 and given[0].filename == __file__ and given[0].lineno in lines, given[0]
+            assert "settle it with nodata=-9999 or" in text and "or with nodata=[] if they are heights" in text and "--" not in text, text
+            for nodata in (-9999, [-9999.0], np.array([-9999, 7])):
+                make(dem=dem, nodata=nodata)
+            for nodata in ("none", np.nan, [None], True, {}, object()):
+                refused("nodata needs to be", make, dem=dem, nodata=nodata)
+        flight = hopper.run(dem=dem, nodata=-9999, planner="greedy")
+        assert np.isnan(flight.map["height_m"][~flight.map["passable"]]).any() or not flight.map["seen"][9, 14]
+        refused("dem= needs a scenario with truth.terrain.elevation_file", hopper.run, "hard", dem=dem)
+        refused("nodata= needs a scenario with truth.terrain.elevation_file", hopper.run, "hard", nodata=[])
+        refused("nodata= needs a scenario", hopper.pettingzoo.env, nodata=-9999)
+        refused("dem= needs the file", hopper.run, dem=pathlib.Path(folder, "no.tif"))
+        scenario = pathlib.Path(folder, "mine.toml")
+        scenario.write_text('[truth.terrain.elevation_file]\nfile = "no.tif"\n[brief]\nstart = [2, 2]\ngoal = [9, 9]\n')
+        refused("point to it with dem=FILE", hopper.run, scenario)
+
+
+def refused(text, call, *arguments, **named):
+    try:
+        call(*arguments, **named)
+    except hopper.HopperError as error:
+        assert text in str(error) and "--dem" not in str(error) and "--nodata" not in str(error), f"need {text!r} in {str(error)!r}"
+        return
+    raise AssertionError(f"need a HopperError with {text!r}")
+
+
 checked()
 named()
+masked()
+settled()
 rendered()
 elsewhere()
 same_digests()

@@ -83,6 +83,7 @@ def functions():
         survives(hopper.run, "hard", "greedy", strange)
         survives(hopper.run, "hard", "greedy", profile=strange)
         survives(hopper.run, "hard", "greedy", dem=strange)
+        survives(hopper.run, "hard", "greedy", nodata=strange)
         survives(hopper.read_journal, strange)
         survives(hopper.read_recording, strange)
         survives(hopper.check, strange)
@@ -91,8 +92,10 @@ def functions():
         survives(hopper.solve, strange)
         survives(hopper.Action, strange)
         survives(hopper.Brief, strange), survives(hopper.State, strange), survives(hopper.Map, strange)
-        survives(_native.Batch, strange, None, None, 1, 11)
-        survives(_native.Session, strange, None, None, 1)
+        survives(_native.Resolved, strange, None, None, None), survives(_native.Resolved, "hard", None, None, strange)
+        survives(_native.Batch, strange, 1, 11), survives(_native.Session, strange, 1)
+        for read in (_native.read_resolved, _native.read_brief, _native.read_state, _native.read_map):
+            survives(read, strange), survives(read, strange, "x"), survives(lambda: repr(read([strange] * 6, [], 0)))
         for name in ("instance", "robot", "timeout"):
             # Nobody is there: what is taken ends for want of a peer.
             survives(hopper.fly, Holds(), **{"instance": f"hostile-{os.getpid()}", "wait": 0, name: strange})
@@ -113,7 +116,8 @@ def functions():
         class Named(Holds):
             name = strange
 
-        survives(hopper.run, "hard", Named())
+        taken = survives(hopper.run, "hard", Named())
+        assert not taken or isinstance(strange, str), strange
     for seed in (-1, 2**64, 2**70, 1.0, True, None, "1", math.nan, b"1", [1], np.float64(3)):
         refused("a seed needs to be", hopper.run, "hard", "greedy", seed)
     assert hopper.run("hard", "greedy", np.int64(3)).digest == hopper.run("hard", "greedy", 3).digest
@@ -123,6 +127,24 @@ def functions():
     for wait in (math.nan, -1, "1", math.inf, [1], True):
         refused("wait needs", hopper.fly, Holds(), wait=wait)
         refused("timeout needs", hopper.fly, Holds(), timeout=wait, wait=0)
+    Named.name = 3
+    refused("a planner's name needs to be text, got 3 of type int", hopper.run, "hard", Named())
+    fifo, file = pathlib.Path(folder, "fifo"), pathlib.Path(folder, "file")
+    os.mkfifo(fifo), file.write_text("x")
+    for strange in (fifo, "/dev/null", "/dev/zero"):
+        refused("a scenario needs to be a file, got a pipe or a device", hopper.run, strange)
+        refused("a scenario needs to be a file, got a pipe or a device", hopper.pettingzoo.env, scenario=strange)
+        refused("a regular one", hopper.run, dem=strange)
+        refused("a journal needs to be a folder", hopper.read_journal, strange)
+        refused("a recording needs to be a file", hopper.read_recording, strange)
+    refused("a journal needs to be a folder, or the output folder of a run, got the file", hopper.read_journal, file)
+    for call in (lambda: hopper.run("/proc/self/mem"), lambda: hopper.read_journal(file / "x"), lambda: hopper.read_recording(file / "x")):
+        try:
+            call()
+        except hopper.HopperError as error:
+            assert "os error" not in str(error), error
+        else:
+            raise AssertionError("nothing is there")
     refused("needs to be a file", hopper.read_recording, "/dev/zero")
     refused("needs to be a file", hopper.read_recording, folder)
     refused("", hopper.read_journal, folder)
@@ -264,7 +286,7 @@ def told(env):
 
 
 def environments():
-    for strange, name in itertools.product(STRANGE, ["scenario", "profile", "window", "render_mode", "dem"]):
+    for strange, name in itertools.product(STRANGE, ["scenario", "profile", "window", "render_mode", "dem", "nodata"]):
         if name == "window" and isinstance(strange, int) and strange in (0, 1, 3):
             continue
         survives(hopper.gym.HopperEnv, **{name: strange})
@@ -343,6 +365,8 @@ def environments():
         for action in wrong:
             assert not survives(step, env, action), action
         for strange in STRANGE:
+            if strange is not None and not (isinstance(strange, dict) and not strange):
+                assert not survives(env.reset, options=strange), strange
             if strange is not None:
                 assert not survives(env.reset, seed=strange) or isinstance(strange, (int, np.integer, np.ndarray)), strange
                 if not env.snapshot() == before:
@@ -359,7 +383,7 @@ def environments():
 
 def native():
     """The native half is not promised, and does not panic either."""
-    batch = _native.Batch("hard", None, None, 2, 11)
+    batch = _native.Batch(_native.Resolved("hard", None, None, None), 2, 11)
     rewards, ends = np.zeros(2), np.zeros(2, "u1")
     for strange in STRANGE:
         survives(batch.step, strange, rewards, ends), survives(batch.step, np.array([1, 1]), strange, ends)
@@ -372,7 +396,7 @@ def native():
     for rewards in (frozen, np.zeros(4)[::2], np.zeros(3), np.zeros(2, "f4")):
         assert not survives(batch.step, np.array([1, 1]), rewards, ends)
     assert batch.told(0)[1] == 0
-    session = _native.Session("coverage", None, None, 1)
+    session = _native.Session(_native.Resolved("coverage", None, None, None), 1)
     refused("call next() first", session.act, 0)
     refused("over", session.ended)
     session.next()

@@ -53,6 +53,20 @@ with warnings.catch_warnings(), contextlib.redirect_stdout(io.StringIO()):
     api_test(hopper.pettingzoo.env(), num_cycles=300)
     parallel_api_test(hopper.pettingzoo.parallel_env(), num_cycles=300)
     seed_test(hopper.pettingzoo.env, num_cycles=50)
+for make in (hopper.pettingzoo.env, hopper.pettingzoo.parallel_env):
+    env = make()
+    # What the environment has from reset on, and what needs it.
+    names = ["agents", "num_agents"] + (["rewards", "agent_selection", "last"] if make is hopper.pettingzoo.env else [])
+    for use in [*(lambda name=name: (getattr(env, name), env.last()) for name in names), lambda: env.step({}), lambda: env.step(1)]:
+        try:
+            use()
+        except hopper.HopperError as error:
+            assert "the mission is not begun: call reset()" in str(error), error
+        else:
+            raise AssertionError("a mission that is not begun needs a reset")
+    assert not hasattr(env, "agents") and not hasattr(env, "nothing")
+    env.reset(seed=1)
+    assert env.num_agents == 4
 try:
     hopper.pettingzoo.env(scenario="hard")
 except hopper.HopperError as error:
