@@ -122,8 +122,8 @@ def options(value, *known):
         raise HopperError(f"options need to be a dictionary, got {told(value)}")
     strange = [name for name in given if not isinstance(name, str) or name not in known]
     if strange:
-        need = f"{' and '.join(known)} alone" if known else "to be empty"
-        raise HopperError(f"options need {need}, got {told(strange[0])}")
+        but = f" but {', '.join(known)}" if known else ""
+        raise HopperError(f"reset takes no option{but}, got {told(strange[0])}")
     return given
 
 
