@@ -15,7 +15,7 @@ from ._native import HopperError
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
 class Flight(Contents):
-    """A mission that was flown. Flights are equal if all that they hold is, times of planning too; equal missions have one digest.
+    """A mission that was flown. `==` compares all that it holds, times of planning too; flights of one mission have one digest.
 
     A notebook shows its picture; `plot()` draws it with matplotlib.
 

@@ -17,8 +17,8 @@ pub struct Resolved(pub ResolvedScenario);
 
 #[pymethods]
 impl Resolved {
-    /// The scenario that `hopper run` takes with the same options: `scenario` is a built-in name or a file, by default `hard`, or one
-    /// that fits the elevation model `dem`.
+    /// The scenario that `hopper run` takes with the same options: `scenario` is a built-in name or a file, by default
+    /// `hard`, or one that fits the elevation model `dem`.
     #[new]
     fn new(
         py: Python<'_>,
@@ -98,7 +98,8 @@ fn read(scenario: Option<&str>, overrides: &Overrides) -> Result<Scenario, Strin
     Ok(scenario::load(selector).map_err(said)?.with(overrides))
 }
 
-/// Refuses pipes and devices, which would be waited for, or read for ever. What does not exist, and folders, are refused by name later.
+/// Refuses pipes and devices, which would be waited for, or read for ever. What does not exist, and folders, are refused
+/// by name later.
 fn check_file(path: &Path) -> Result<(), String> {
     match std::fs::metadata(path) {
         Ok(data) if !data.is_file() && !data.is_dir() => {
