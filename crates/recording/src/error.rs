@@ -42,8 +42,23 @@ pub enum MessageError {
     Decode(#[from] prost::DecodeError),
     /// A field is out of range.
     #[error("{0}")]
-    Refused(#[from] Refusal),
+    Refused(Refusal),
     /// The bytes are not JSON, in which messages without a schema are recorded.
     #[error("not JSON: {0}")]
     Json(String),
+}
+
+/// Characters of a number from which on it is written with an exponent: damaged numbers have hundreds of digits.
+const NUMBER_CHARACTERS_MAX: usize = 20;
+
+impl From<Refusal> for MessageError {
+    fn from(mut refusal: Refusal) -> Self {
+        if let Refusal::Malformed { got, .. } = &mut refusal
+            && got.len() > NUMBER_CHARACTERS_MAX
+            && let Ok(number) = got.parse::<f64>()
+        {
+            *got = format!("{number:e}");
+        }
+        Self::Refused(refusal)
+    }
 }

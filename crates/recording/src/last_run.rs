@@ -7,7 +7,7 @@ use contract::{Brief, Decision, Incarnation, MonotonicNs, Record, Role, State};
 use report::decisions::boot_began;
 use report::{Cause, DecisionTiming, Disturbance};
 
-use crate::{MachineLoad, RecordedMessage, Recording, RecordingError, SequenceGap};
+use crate::{MachineLoad, RecordedMessage, Recording, RecordingError, SequenceGap, SkippedMessages};
 
 /// How long a snapshot page may explain long decisions afterwards, nanoseconds.
 const SNAPSHOT_EFFECT_NS: u64 = 200_000_000;
@@ -32,13 +32,15 @@ pub struct RecordedRun {
     pub machine_loads: Vec<MachineLoad>,
     /// Messages that did not reach the recorder.
     pub gaps: Vec<SequenceGap>,
+    /// Messages of the whole file that cannot be decoded.
+    pub skipped: SkippedMessages,
 }
 
 /// Gathers the decisions of the last run of a recording. The times of a decision come from the state after it, which
 /// has the true time of its commit, or else from its record.
 ///
 /// # Errors
-/// If there is no brief, or a message is malformed.
+/// If there is no brief. Messages that cannot be decoded are left out and counted.
 // Long: an arm for each kind of message.
 pub fn last_run(recording: &Recording<'_>) -> Result<RecordedRun, RecordingError> {
     let mut run: Option<RecordedRun> = None;
@@ -47,9 +49,10 @@ pub fn last_run(recording: &Recording<'_>) -> Result<RecordedRun, RecordingError
     // The first process of each role, with when it was heard and how often it had sent a heartbeat until then.
     let mut first_heard: Vec<(Role, MonotonicNs, u64)> = Vec::new();
     let mut messages = 0;
+    let mut skipped = SkippedMessages::default();
     for message in recording.messages() {
-        let (logged, message) = message?;
         messages += 1;
+        let Some((logged, message)) = skipped.skip(message) else { continue };
         match (message, &mut run) {
             (RecordedMessage::Brief(brief), known)
                 if known.as_ref().is_none_or(|known| known.brief.run != brief.run) =>
@@ -94,6 +97,7 @@ pub fn last_run(recording: &Recording<'_>) -> Result<RecordedRun, RecordingError
         }
     }
     let mut run = run.ok_or(RecordingError::NoBrief { messages })?;
+    run.skipped = skipped;
     for record in run.records.values() {
         let step = timings.entry(record.decision).or_insert_with(|| DecisionTiming::from(record));
         // States do not contain these.
@@ -122,6 +126,7 @@ impl RecordedRun {
             disturbances: Vec::new(),
             machine_loads: Vec::new(),
             gaps: Vec::new(),
+            skipped: SkippedMessages::default(),
         }
     }
 }

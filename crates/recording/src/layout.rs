@@ -22,8 +22,8 @@ pub(crate) mod kind {
     pub const ATTACHMENT: u8 = 0x09;
     pub const METADATA: u8 = 0x0c;
     pub const DATA_END: u8 = 0x0f;
-    /// From this opcode on records are of the program that wrote the file.
-    pub const PRIVATE: u8 = 0x80;
+    /// Largest opcode of the specification. Larger ones are of later versions and, from 0x80 on, of other programs.
+    pub const KNOWN_MAX: u8 = DATA_END;
 }
 
 /// A record with its position.
@@ -69,6 +69,15 @@ pub(crate) fn chunk(body: &[u8], budget: u64) -> Result<Cow<'_, [u8]>, String> {
     Ok(records)
 }
 
+/// Whether this has the form of a chunk; its checksum is not looked at.
+pub(crate) fn is_chunk(body: &[u8]) -> bool {
+    let mut cursor = Cursor(body);
+    let header = cursor.take(28).and_then(|_| Some((cursor.text()?, cursor.u64()?)));
+    header.is_some_and(|(compression, length)| {
+        ["", "zstd", "lz4"].contains(&compression.as_str()) && length == cursor.0.len() as u64
+    })
+}
+
 /// Whether this is a well-formed index of one channel's messages in the chunk before.
 pub(crate) fn is_message_index(body: &[u8]) -> bool {
     let mut cursor = Cursor(body);
@@ -112,6 +121,45 @@ pub(crate) fn profile(body: &[u8]) -> Option<String> {
 /// The CRC-32 of the data section in a data end record; 0 if none was computed.
 pub(crate) fn data_end(body: &[u8]) -> Option<u32> {
     Cursor(body).u32()
+}
+
+/// The records between data and footer, if the file ends with a footer and they have the right checksum, or none.
+pub(crate) fn summary(bytes: &[u8]) -> Option<&[u8]> {
+    const FOOTER_BYTES: usize = 9 + 20;
+    let footer_at = bytes.strip_suffix(MAGIC)?.len().checked_sub(FOOTER_BYTES)?;
+    let footer = framed(bytes, footer_at).ok()?;
+    let mut cursor = Cursor(footer.body);
+    let (start, _, need) = (cursor.u64()?, cursor.u64()?, cursor.u32()?);
+    if footer.kind != kind::FOOTER || start == 0 {
+        return None;
+    }
+    let start = usize::try_from(start).ok()?;
+    let summary = bytes.get(start..footer_at)?;
+    // The checksum covers the footer up to itself.
+    let got = crc32fast::hash(&bytes[start..footer_at + FOOTER_BYTES - 4]);
+    if need == 0 || need == got { Some(summary) } else { None }
+}
+
+/// What bytes are that do not begin like an MCAP file, for an error.
+pub(crate) fn other_format(bytes: &[u8]) -> String {
+    let packed: [(&[u8], &str); 6] = [
+        (b"\x1f\x8b", "gzip"),
+        (b"\x28\xb5\x2f\xfd", "zstd"),
+        (b"\x04\x22\x4d\x18", "lz4"),
+        (b"BZh", "bzip2"),
+        (b"\xfd7zXZ\0", "xz"),
+        (b"PK\x03\x04", "zip"),
+    ];
+    if bytes.is_empty() {
+        return "an empty file".into();
+    }
+    if let Some((_, name)) = packed.iter().find(|(magic, _)| bytes.starts_with(magic)) {
+        return format!("a file compressed by {name}: decompress it first");
+    }
+    if bytes.starts_with(b"#ROSBAG") {
+        return "a bag of ROS 1: convert it to MCAP first".into();
+    }
+    format!("{:02x?} of {} bytes", &bytes[..bytes.len().min(MAGIC.len())], bytes.len())
 }
 
 /// The bytes not yet parsed.

@@ -2,15 +2,20 @@
 //!
 //! Messages are given in the order of their log times. Hopper records them in that order; programs that rewrite a file
 //! by topic, or backwards, do not keep it.
+//!
+//! Records of a kind that is not known are passed over, as the specification asks, unless they may be a damaged chunk.
 
 use std::borrow::Cow;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
-use contract::MonotonicNs;
+use contract::{Announcement, Digest, MonotonicNs, Route, RunId, Team};
 
 use crate::compression::DECOMPRESSED_BYTES_MAX;
-use crate::layout::{self, MAGIC, kind};
-use crate::{Channel, RecordedMessage, RecordingError};
+use crate::definitions::Definitions;
+use crate::layout::{self, Framed, MAGIC, kind};
+use crate::{
+    Channel, JsonMessage, MessageError, RecordedMessage, RecordingError, RunMetadata, SkippedMessages,
+};
 
 /// A recording in memory, with its metadata and its messages.
 #[derive(Clone, Debug)]
@@ -22,13 +27,20 @@ pub struct Recording<'a> {
     attachments: usize,
     /// Whether the messages stand in the order of their log times.
     is_in_order: bool,
-    /// Metadata records by name: `hopper`, `scenario`, `end` and, after a recovery, `recovered`.
+    /// Schemas and channels of the whole file: for each number the first one.
+    definitions: Definitions,
+    /// Number of messages whose channel the file does not define.
+    without_channel: u64,
+    /// All metadata records in the order of the file.
+    metadata_records: Vec<(String, BTreeMap<String, String>)>,
+    /// Metadata records by name: `hopper`, `scenario`, `end` and, after a recovery, `recovered`. Of a file with several
+    /// recordings, another record of a name is `hopper#2`, and so on.
     pub metadata: BTreeMap<String, BTreeMap<String, String>>,
     /// MCAP profile of the file: `hopper`.
     pub profile: String,
     /// Length of the valid part from the beginning, bytes.
     pub valid_bytes: u64,
-    /// What is wrong after the valid part; `None` if the file is complete.
+    /// What is wrong after the valid part, or with its channels; `None` if the file is complete.
     pub fault: Option<String>,
 }
 
@@ -64,6 +76,27 @@ impl Entry<'_> {
             cause,
         })
     }
+
+    /// Why Hopper cannot decode the message; `None` if it can, or if the topic is another program's.
+    #[must_use]
+    pub fn undecodable(&self) -> Option<RecordingError> {
+        let cause = match self.known {
+            Some(_) => return self.message().err(),
+            None if JsonMessage::is_topic_of::<Team>(&self.topic) => {
+                serde_json::from_slice::<Team>(self.data).err().map(json)
+            }
+            None if JsonMessage::is_topic_of::<Announcement>(&self.topic) => {
+                match serde_json::from_slice::<Announcement>(self.data) {
+                    Ok(Announcement { route, .. }) => {
+                        Route::new(route.waypoints().to_vec()).err().map(MessageError::from)
+                    }
+                    Err(error) => Some(json(error)),
+                }
+            }
+            None => None,
+        };
+        Some(RecordingError::Message { topic: self.topic.clone(), number: self.number, cause: cause? })
+    }
 }
 
 impl<'a> Recording<'a> {
@@ -73,8 +106,7 @@ impl<'a> Recording<'a> {
     /// If the bytes do not begin like an MCAP file. Later faults are in [`Recording::fault`].
     pub fn read(bytes: &'a [u8]) -> Result<Self, RecordingError> {
         if !bytes.starts_with(MAGIC) {
-            let head = &bytes[..bytes.len().min(MAGIC.len())];
-            return Err(RecordingError::Magic { got: format!("{head:02x?} of {} bytes", bytes.len()) });
+            return Err(RecordingError::Magic { got: layout::other_format(bytes) });
         }
         let mut recording = Self {
             bytes,
@@ -82,12 +114,27 @@ impl<'a> Recording<'a> {
             chunks: 0,
             attachments: 0,
             is_in_order: true,
+            definitions: Definitions::default(),
+            without_channel: 0,
+            metadata_records: Vec::new(),
             metadata: BTreeMap::new(),
             profile: String::new(),
             valid_bytes: MAGIC.len() as u64,
             fault: None,
         };
         recording.fault = recording.scan().err();
+        if recording.fault.is_some() {
+            recording.define_by_summary();
+        }
+        recording.definitions.resolve();
+        recording.metadata = recording.metadata_by_name();
+        recording.without_channel = recording.count_without_channel();
+        if recording.without_channel > 0 {
+            let lost =
+                format!("{} messages have a channel that is not in the file", recording.without_channel);
+            let before = recording.fault.take().map_or_else(String::new, |fault| format!("{fault}; "));
+            recording.fault = Some(before + &lost);
+        }
         recording.is_in_order = is_in_order(recording.entries_as_written());
         Ok(recording)
     }
@@ -116,10 +163,38 @@ impl<'a> Recording<'a> {
         self.attachments
     }
 
-    /// The value of `key` in the metadata record `name`.
+    /// Number of messages that are left out, since the file does not define their channel.
     #[must_use]
-    pub fn metadata_entry(&self, name: &str, key: &str) -> Option<&str> {
-        self.metadata.get(name)?.get(key).map(String::as_str)
+    pub fn without_channel(&self) -> u64 {
+        self.without_channel
+    }
+
+    /// The messages that Hopper cannot decode.
+    #[must_use]
+    pub fn undecodable(&self) -> SkippedMessages {
+        let mut undecodable = SkippedMessages::default();
+        self.entries().filter_map(|entry| entry.undecodable()).for_each(|error| undecodable.add(&error));
+        undecodable
+    }
+
+    /// All metadata records with their names, in the order of the file.
+    #[must_use]
+    pub fn metadata_records(&self) -> &[(String, BTreeMap<String, String>)] {
+        &self.metadata_records
+    }
+
+    /// The metadata records `name` in the order of the file, each once.
+    #[must_use]
+    pub fn metadata_named(&self, name: &str) -> Vec<&BTreeMap<String, String>> {
+        let mut seen = BTreeSet::new();
+        let named = self.metadata_records.iter().filter(|(known, _)| known == name);
+        named.map(|(_, entries)| entries).filter(|entries| seen.insert(*entries)).collect()
+    }
+
+    /// The metadata of `run`, whose last state has `digest`; of the whole file if it has no run.
+    #[must_use]
+    pub fn metadata_of(&self, run: Option<RunId>, digest: Option<Digest>) -> RunMetadata<'_> {
+        RunMetadata::new(self, run, digest)
     }
 
     /// The messages of the valid part, in the order of their log times.
@@ -134,37 +209,12 @@ impl<'a> Recording<'a> {
 
     /// The messages of the valid part, in the order of the file.
     fn entries_as_written(&self) -> impl Iterator<Item = Entry<'_>> + '_ {
-        let mut channels = BTreeMap::new();
-        let mut schemas = BTreeMap::new();
+        let mut definitions = self.definitions.clone();
         self.sections.iter().flat_map(|section| records(section)).filter_map(move |record| {
-            match record.kind {
-                kind::SCHEMA => {
-                    let (id, name, ..) = layout::schema(record.body)?;
-                    schemas.insert(id, name);
-                }
-                kind::CHANNEL => {
-                    let (id, schema, topic, encoding, _) = layout::channel(record.body)?;
-                    let known = Channel::of(&topic).filter(|known| {
-                        encoding == "protobuf"
-                            && schemas.get(&schema).map(String::as_str) == Some(known.schema())
-                    });
-                    channels.insert(id, (topic, known));
-                }
-                kind::MESSAGE => {
-                    let (channel, sequence, logged, published, data) = layout::message(record.body)?;
-                    let (topic, known) = channels.get(&channel)?;
-                    return Some(Entry {
-                        number: 0,
-                        topic: topic.clone(),
-                        known: *known,
-                        logged: MonotonicNs(logged),
-                        published: MonotonicNs(published),
-                        sequence,
-                        data,
-                    });
-                }
-                _ => {}
+            if record.kind == kind::MESSAGE {
+                return definitions.entry(&record);
             }
+            definitions.replace(&record);
             None
         })
     }
@@ -182,6 +232,44 @@ impl<'a> Recording<'a> {
     /// Schemas, channels and messages of the valid part, section by section, in the order of the file.
     pub(crate) fn sections(&self) -> impl Iterator<Item = &[u8]> + '_ {
         self.sections.iter().map(AsRef::as_ref)
+    }
+
+    /// Schemas and channels of the whole file: for each number the first one.
+    pub(crate) fn definitions(&self) -> &Definitions {
+        &self.definitions
+    }
+
+    fn count_without_channel(&self) -> u64 {
+        let messages = self.sections().flat_map(records).filter(|record| record.kind == kind::MESSAGE);
+        let channel = |record: Framed<'_>| layout::message(record.body).map(|(channel, ..)| channel);
+        let defined = self.definitions.channels();
+        messages.filter_map(channel).filter(|channel| !defined.contains_key(channel)).count() as u64
+    }
+
+    /// Takes schemas and channels of the summary of a file that is damaged before it.
+    fn define_by_summary(&mut self) {
+        let Some(summary) = layout::summary(self.bytes) else { return };
+        records(summary).for_each(|record| self.definitions.add(&record));
+    }
+
+    /// Metadata records by name; those that have the name of another one are numbered.
+    fn metadata_by_name(&self) -> BTreeMap<String, BTreeMap<String, String>> {
+        let mut by_name = BTreeMap::new();
+        let mut seen = BTreeSet::new();
+        let mut counts = BTreeMap::<&str, u64>::new();
+        for record in self.metadata_records.iter().filter(|record| seen.insert(*record)) {
+            let (name, entries) = record;
+            let count = counts.entry(name).or_default();
+            let free = loop {
+                *count += 1;
+                let numbered = if *count == 1 { name.clone() } else { format!("{name}#{count}") };
+                if !by_name.contains_key(&numbered) {
+                    break numbered;
+                }
+            };
+            by_name.insert(free, entries.clone());
+        }
+        by_name
     }
 
     // Long: an arm for each kind of record.
@@ -210,6 +298,7 @@ impl<'a> Recording<'a> {
                     self.take_loose(&mut loose, at);
                     return Err(located("a message outside of chunks, and no checksum that proves it,"));
                 }
+                self.definitions.add(&record);
                 loose.get_or_insert(at);
                 at = record.end;
                 self.valid_bytes = at as u64;
@@ -227,21 +316,30 @@ impl<'a> Recording<'a> {
                         budget -= records.len() as u64;
                     }
                     self.chunks += 1;
+                    records(&chunk).for_each(|record| self.definitions.add(&record));
                     self.sections.push(chunk);
                 }
                 kind::METADATA if !ended => {
                     let (name, entries) =
                         layout::metadata(record.body).ok_or_else(|| located("damaged metadata"))?;
-                    self.metadata.insert(name, entries);
+                    self.metadata_records.push((name, entries));
                 }
-                kind::SCHEMA if layout::schema(record.body).is_some() => {}
-                kind::CHANNEL if layout::channel(record.body).is_some() => {}
+                kind::SCHEMA if layout::schema(record.body).is_some() => self.definitions.add(&record),
+                kind::CHANNEL if layout::channel(record.body).is_some() => self.definitions.add(&record),
                 kind::MESSAGE_INDEX if layout::is_message_index(record.body) => {}
                 kind::ATTACHMENT => self.attachments += 1,
-                // An unknown record may be a chunk with a damaged opcode, unless a checksum proves that it is none.
-                other if !ended && other >= kind::PRIVATE && checksum.is_right(bytes, at) => {}
+                // An unknown record may be a chunk with a damaged opcode, unless a checksum or its form proves
+                // that it is none.
+                other if !ended && other > kind::KNOWN_MAX => {
+                    if !checksum.is_right(bytes, at) {
+                        let known_at = after_unknown(bytes, at, self.chunks > 0);
+                        at = known_at.ok_or_else(|| located(&unexpected(other)))?;
+                        self.valid_bytes = at as u64;
+                        continue;
+                    }
+                }
                 other if !ended && other != kind::DATA_END => {
-                    return Err(located(&format!("a record of unexpected kind {other:#04x} in the data")));
+                    return Err(located(&unexpected(other)));
                 }
                 kind::DATA_END => {
                     let need =
@@ -274,6 +372,10 @@ impl<'a> Recording<'a> {
     }
 }
 
+fn json(error: serde_json::Error) -> MessageError {
+    MessageError::Json(error.to_string())
+}
+
 /// Whether the data of a file has the checksum that the end of its data tells. Computed at most once.
 enum DataChecksum {
     Unknown,
@@ -297,6 +399,36 @@ impl DataChecksum {
         }
         *self = Self::Known(is_right);
         is_right
+    }
+}
+
+fn unexpected(kind: u8) -> String {
+    format!("a record of unexpected kind {kind:#04x} in the data")
+}
+
+/// Where the first record of a known kind after those of unknown kinds at byte `at` begins; `None` if one of these
+/// has the form of a chunk, or what follows is no record that stands in the data. An index of messages
+/// follows chunks only. Beside chunks, a message outside of them proves nothing.
+fn after_unknown(bytes: &[u8], mut at: usize, has_chunks: bool) -> Option<usize> {
+    loop {
+        let record = layout::framed(bytes, at).ok()?;
+        let is_known = match record.kind {
+            kind::SCHEMA => layout::schema(record.body).is_some(),
+            kind::CHANNEL => layout::channel(record.body).is_some(),
+            kind::MESSAGE => !has_chunks && layout::message(record.body).is_some(),
+            kind::CHUNK => layout::is_chunk(record.body),
+            kind::METADATA => layout::metadata(record.body).is_some(),
+            kind::DATA_END => layout::data_end(record.body).is_some(),
+            kind::ATTACHMENT => true,
+            _ => false,
+        };
+        if is_known {
+            return Some(at);
+        }
+        if record.kind <= kind::KNOWN_MAX || layout::is_chunk(record.body) {
+            return None;
+        }
+        at = record.end;
     }
 }
 

@@ -153,6 +153,7 @@ impl Recorder {
         self.finished = true;
         let mut entries = BTreeMap::from([("ended_ns".to_owned(), now.0.to_string())]);
         if let Some(state) = self.transcript.state() {
+            entries.insert("run".into(), state.run.to_string());
             entries.insert("digest".into(), state.digest.to_string());
             entries.insert("decision".into(), state.decision.to_string());
             entries.insert("status".into(), state.status.to_string());

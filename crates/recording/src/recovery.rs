@@ -4,14 +4,15 @@ use std::collections::BTreeMap;
 
 use mcap::records::{MessageHeader, Metadata};
 
+use crate::definitions::{ChannelDefinition, Definitions};
 use crate::layout::{self, kind};
 use crate::output_buffer::OutputBuffer;
 use crate::reader::records;
 use crate::recorder::options;
 use crate::{RecordedMessage, Recording, RecordingError};
 
-/// The bytes of a complete file. If the recording was cut, metadata `recovered` says what was lost and gives the
-/// digest of the last state that was kept.
+/// The bytes of a complete file with the messages that can be decoded. If something is lost, metadata `recovered` says what,
+/// and gives the digest of the last state that was kept. All metadata of the recording is kept.
 ///
 /// # Errors
 /// If the MCAP writer fails.
@@ -22,56 +23,90 @@ pub fn recover(recording: &Recording<'_>) -> Result<Vec<u8>, RecordingError> {
     let write_metadata = |writer: &mut mcap::Writer<_>, name: &str, entries: &BTreeMap<String, String>| {
         writer.write_metadata(&Metadata { name: name.into(), metadata: entries.clone() })
     };
-    for (name, entries) in recording.metadata.iter().filter(|(name, _)| *name != "end") {
+    let (ends, beginnings): (Vec<_>, Vec<_>) =
+        recording.metadata_records().iter().partition(|(name, _)| name == "end");
+    for (name, entries) in beginnings {
         write_metadata(&mut writer, name, entries)?;
     }
-    let (mut schemas, mut channels) = (BTreeMap::new(), BTreeMap::new());
+    let mut definitions = recording.definitions().clone();
+    // Number of each channel in the new file, by that in the recording.
+    let mut channels = BTreeMap::new();
+    for (id, channel) in definitions.channels() {
+        channels.insert(*id, add_channel(&mut writer, &definitions, channel)?);
+    }
     for section in recording.sections() {
         for record in records(section) {
-            match record.kind {
-                kind::SCHEMA => {
-                    let Some((id, name, encoding, data)) = layout::schema(record.body) else { continue };
-                    schemas.insert(id, writer.add_schema(&name, &encoding, data)?);
+            if record.kind != kind::MESSAGE {
+                let replaced = definitions.replace(&record);
+                if let Some((id, channel)) =
+                    replaced.and_then(|id| Some((id, definitions.channels().get(&id)?)))
+                {
+                    channels.insert(id, add_channel(&mut writer, &definitions, channel)?);
                 }
-                kind::CHANNEL => {
-                    let Some((id, schema, topic, encoding, metadata)) = layout::channel(record.body) else {
-                        continue;
-                    };
-                    let schema = schemas.get(&schema).copied().unwrap_or(0);
-                    channels.insert(id, writer.add_channel(schema, &topic, &encoding, &metadata)?);
-                }
-                kind::MESSAGE => {
-                    let known = layout::message(record.body);
-                    let known = known.and_then(|message| Some((message, *channels.get(&message.0)?)));
-                    let Some(((_, sequence, log_time, publish_time, data), channel_id)) = known else {
-                        continue;
-                    };
-                    let header = MessageHeader { channel_id, sequence, log_time, publish_time };
-                    writer.write_to_known_channel(&header, data)?;
-                }
-                _ => {}
+                continue;
             }
+            let Some(entry) = definitions.entry(&record).filter(|entry| entry.undecodable().is_none()) else {
+                continue;
+            };
+            let channel =
+                layout::message(record.body).and_then(|(channel, ..)| channels.get(&channel).copied());
+            let Some(channel_id) = channel else { continue };
+            let header = MessageHeader {
+                channel_id,
+                sequence: entry.sequence,
+                log_time: entry.logged.0,
+                publish_time: entry.published.0,
+            };
+            writer.write_to_known_channel(&header, entry.data)?;
         }
         writer.flush()?;
     }
-    if let Some(entries) = recording.metadata.get("end") {
-        write_metadata(&mut writer, "end", entries)?;
+    for (name, entries) in ends {
+        write_metadata(&mut writer, name, entries)?;
     }
-    if let Some(fault) = &recording.fault {
-        let mut notes = BTreeMap::from([
-            ("fault".to_owned(), fault.clone()),
-            ("lost_bytes".to_owned(), recording.lost_bytes().to_string()),
-        ]);
-        let last = recording.messages().filter_map(|message| match message {
-            Ok((_, RecordedMessage::State(state))) => Some(state),
-            _ => None,
-        });
-        if let Some(state) = last.last() {
-            notes.insert("digest".into(), state.digest.to_string());
-            notes.insert("decision".into(), state.decision.to_string());
-        }
+    if let Some(notes) = notes(recording) {
         write_metadata(&mut writer, "recovered", &notes)?;
     }
     writer.finish()?;
     Ok(out.take())
+}
+
+fn add_channel<W: std::io::Write + std::io::Seek>(
+    writer: &mut mcap::Writer<W>,
+    definitions: &Definitions,
+    channel: &ChannelDefinition,
+) -> Result<u16, RecordingError> {
+    let schema = match definitions.schema_of(channel) {
+        Some(schema) => writer.add_schema(&schema.name, &schema.encoding, &schema.data)?,
+        None => 0,
+    };
+    Ok(writer.add_channel(schema, &channel.topic, &channel.encoding, &channel.metadata)?)
+}
+
+/// What was lost; `None` if nothing was.
+fn notes(recording: &Recording<'_>) -> Option<BTreeMap<String, String>> {
+    let undecodable = recording.undecodable();
+    if recording.is_whole() && undecodable.is_empty() {
+        return None;
+    }
+    let mut notes = BTreeMap::from([("lost_bytes".to_owned(), recording.lost_bytes().to_string())]);
+    if let Some(fault) = &recording.fault {
+        notes.insert("fault".into(), fault.clone());
+    }
+    if recording.without_channel() > 0 {
+        notes.insert("without_channel".into(), recording.without_channel().to_string());
+    }
+    if let Some(first) = undecodable.first {
+        notes.insert("undecodable".into(), undecodable.messages.to_string());
+        notes.insert("first_undecodable".into(), first);
+    }
+    let states = recording.messages().filter_map(|message| match message {
+        Ok((_, RecordedMessage::State(state))) => Some(state),
+        _ => None,
+    });
+    if let Some(state) = states.last() {
+        notes.insert("digest".into(), state.digest.to_string());
+        notes.insert("decision".into(), state.decision.to_string());
+    }
+    Some(notes)
 }

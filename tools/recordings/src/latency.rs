@@ -15,7 +15,7 @@ use report::decisions::{boot_began, compare, plot};
 use report::{Conditions, DecisionTiming, DecisionTimings, Disturbance, Format};
 use serde::Serialize;
 
-use crate::bag::{at_fault, keep, load, open};
+use crate::bag::{at_fault, keep, load, open, warn_of_skipped};
 
 /// Latency of decisions: percentiles, misses, the worst and why.
 #[derive(clap::Subcommand, Clone, Debug)]
@@ -173,15 +173,18 @@ fn recorded(path: &Path) -> Result<Source, Failure> {
     let bytes = load(path)?;
     let recording = open(path, &bytes)?;
     let flown = last_run(&recording).map_err(|error| at_fault(path, &error))?;
-    let told = |key| recording.metadata_entry("hopper", key).map(str::to_owned);
+    warn_of_skipped(path, &flown.skipped);
+    let metadata = recording.metadata_of(Some(flown.brief.run), flown.state.map(|state| state.digest));
+    let of_recorder = |key| metadata.recorder(key).map(str::to_owned);
+    let of_mission = |key| metadata.mission(key).map(str::to_owned);
     let hosts = flown.machine_loads.len() as f64;
     let busy = || flown.machine_loads.iter().map(|host| host.busy);
     let most = |values: &mut dyn Iterator<Item = f64>| values.reduce(f64::max);
     let executed = flown.state.map_or(0, |state| state.decision.0).max(flown.decisions.len() as u64);
     let conditions = Conditions {
-        clock: told("clock").unwrap_or_else(|| "not known".into()),
-        pace: told("pace"),
-        processor: told("processor"),
+        clock: of_recorder("clock").unwrap_or_else(|| "not known".into()),
+        pace: of_mission("pace"),
+        processor: of_recorder("processor"),
         cores: flown.machine_loads.first().map(|host| host.cores),
         busy_mean: (hosts > 0.0).then(|| busy().sum::<f64>() / hosts),
         busy_max: most(&mut busy()),
@@ -193,7 +196,7 @@ fn recorded(path: &Path) -> Result<Source, Failure> {
         name: path.display().to_string(),
         account: DecisionTimings::new(flown.decisions, flown.disturbances),
         brief: flown.brief,
-        seed: told("seed"),
+        seed: of_mission("seed"),
         conditions,
     })
 }

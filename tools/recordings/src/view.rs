@@ -8,9 +8,8 @@ use hopper::commands::view::{ServeArgs, gather_prior, serve};
 use monitor::{Event, History, Input, Watcher};
 use node::{Exit, Failure};
 use recording::{JsonMessage, RecordedMessage, Recording, RecordingError};
-use scenario::Scenario;
 
-use crate::bag::{load, open};
+use crate::bag::{load, open, scenario_of, warn_of_skipped};
 
 /// Arguments of `hopper view` where the path is a recording.
 #[derive(clap::Args, Clone, Debug)]
@@ -24,10 +23,11 @@ pub struct Args {
 /// Serves the page of the recording until Ctrl-C.
 ///
 /// # Errors
-/// If it cannot be read or holds a malformed message, or the address cannot be had.
+/// If it cannot be read, or the address cannot be had.
 pub fn run(args: &Args) -> Result<Exit, Failure> {
     let bytes = load(&args.file)?;
     let recording = open(&args.file, &bytes)?;
+    warn_of_skipped(&args.file, &recording.undecodable());
     let history = history(&recording)?;
     if history.brief().is_none() {
         let messages = recording.entries().count() as u64;
@@ -40,16 +40,16 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     serve(history, &args.serve)
 }
 
-/// The history that the recorded messages tell; of several runs the last.
+/// The history that the recorded messages tell; of several runs the last. Messages that cannot be decoded are left out.
 ///
 /// # Errors
-/// If a message is malformed.
+/// If the scenario is malformed.
 pub fn history(recording: &Recording<'_>) -> Result<History, Failure> {
     let robot = RobotId(0);
     let (mut history, mut watcher) = (History::new(robot), Watcher::new(robot));
     let mut last = MonotonicNs(0);
     let mut routes: Vec<Route> = Vec::new();
-    for entry in recording.entries() {
+    for entry in recording.entries().filter(|entry| entry.undecodable().is_none()) {
         let now = entry.logged;
         last = now;
         if entry.known.is_none() {
@@ -123,12 +123,10 @@ fn answer(
     for route in routes {
         history.on(Input::Route(&RoutePage { run: brief.run, route }), now);
     }
-    let text = recording.metadata_entry("scenario", "toml").filter(|_| brief.scout.is_some());
-    let Some(text) = text else { return Ok(()) };
-    let scenario = Scenario::parse(text, "the recording's scenario").map_err(Failure::usage)?;
-    let world = scenario.resolve().map_err(Failure::usage)?;
-    let is_of_it = (world.brief.scenario_hash, world.brief.grid) == (brief.scenario_hash, brief.grid);
-    if is_of_it {
+    if brief.scout.is_none() {
+        return Ok(());
+    }
+    if let Some((_, world)) = scenario_of(recording, &brief)? {
         let later = now.plus_ns(contract::limits::ASK_AGAIN_NS);
         gather_prior(history, &brief, &world, later);
     }

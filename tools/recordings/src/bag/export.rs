@@ -10,12 +10,12 @@ use hopper::stdout::unwritten;
 use node::{Exit, Failure};
 use recording::{
     Channel, Entry, JsonMessage, MessageError, RecordedMessage, RecordedRun, Recording, RecordingError,
-    last_run,
+    SkippedMessages, last_run,
 };
 use report::DecisionTiming;
 use serde_json::{Map, Value, json};
 
-use super::{Source, at_fault, load, open};
+use super::{Source, at_fault, load, open, warn_of_skipped};
 
 /// Arguments of `hopper bag export`.
 #[derive(clap::Args, Clone, Debug)]
@@ -37,8 +37,8 @@ pub struct Args {
 /// Writes the rows, one message in memory at a time.
 ///
 /// # Errors
-/// If the recording cannot be read or has no such topic; or holds a malformed message, which ends the rows of JSON
-/// and allows none of CSV.
+/// If the recording cannot be read or has no such topic. A message that cannot be decoded has no row, and a warning counts
+/// it.
 pub fn run(args: &Args) -> Result<Exit, Failure> {
     let path = &args.source.file;
     let bytes = load(path)?;
@@ -46,6 +46,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     match args.topic.as_str() {
         "decisions" => {
             let flown = last_run(&recording).map_err(|error| at_fault(path, &error))?;
+            warn_of_skipped(path, &flown.skipped);
             write(args, || flown.decisions.iter().map(|step| Ok(decision(&flown, step))))
         }
         name => match Channel::of(name).filter(|topic| !topic.is_view()) {
@@ -130,29 +131,28 @@ fn write<R: Iterator<Item = Row>>(args: &Args, rows: impl Fn() -> R) -> Result<E
     };
     match written {
         // The reader has seen enough.
-        Err(Unwritten::Output(error)) if error.kind() == ErrorKind::BrokenPipe => Ok(Exit::Done),
-        Err(Unwritten::Output(error)) => Err(unwritten(&error)),
-        Err(Unwritten::Recording(error)) => Err(at_fault(&args.source.file, &error)),
-        Ok(()) => Ok(Exit::Done),
+        Err(Unwritten(error)) if error.kind() == ErrorKind::BrokenPipe => Ok(Exit::Done),
+        Err(Unwritten(error)) => Err(unwritten(&error)),
+        Ok(skipped) => {
+            warn_of_skipped(&args.source.file, &skipped);
+            Ok(Exit::Done)
+        }
     }
 }
 
-/// What ended the rows.
+/// What ended the rows: standard output.
 #[derive(Debug)]
-enum Unwritten {
-    Output(io::Error),
-    Recording(RecordingError),
-}
+struct Unwritten(io::Error);
 
 impl From<io::Error> for Unwritten {
     fn from(error: io::Error) -> Self {
-        Unwritten::Output(error)
+        Unwritten(error)
     }
 }
 
 impl From<serde_json::Error> for Unwritten {
     fn from(error: serde_json::Error) -> Self {
-        Unwritten::Output(error.into())
+        Unwritten(error.into())
     }
 }
 
@@ -160,8 +160,8 @@ impl From<csv::Error> for Unwritten {
     fn from(error: csv::Error) -> Self {
         // Its own way to an error of I/O forgets which.
         match error.into_kind() {
-            csv::ErrorKind::Io(error) => Unwritten::Output(error),
-            other => Unwritten::Output(io::Error::other(format!("{other:?}"))),
+            csv::ErrorKind::Io(error) => Unwritten(error),
+            other => Unwritten(io::Error::other(format!("{other:?}"))),
         }
     }
 }
@@ -247,31 +247,39 @@ fn values(message: RecordedMessage, full: bool) -> Vec<Value> {
     }
 }
 
-fn as_json(mut out: impl Write, rows: impl Iterator<Item = Row>) -> Result<(), Unwritten> {
-    for row in rows {
-        serde_json::to_writer(&mut out, &row.map_err(Unwritten::Recording)?)?;
+/// Returns the messages that have no row.
+fn as_json(mut out: impl Write, rows: impl Iterator<Item = Row>) -> Result<SkippedMessages, Unwritten> {
+    let mut skipped = SkippedMessages::default();
+    for row in rows.filter_map(|row| skipped.skip(row)) {
+        serde_json::to_writer(&mut out, &row)?;
         writeln!(out)?;
     }
-    Ok(out.flush()?)
+    out.flush()?;
+    Ok(skipped)
 }
 
 /// Nested fields become columns joined by points, in the order of their names but for the decision, which comes
 /// first; lists become their length. A column whose field is not named after its unit gets it. The rows are made twice,
-/// first for the names of the columns.
-fn as_csv<R: Iterator<Item = Row>>(out: impl Write, rows: impl Fn() -> R) -> Result<(), Unwritten> {
+/// first for the names of the columns. Returns the messages that have no row.
+fn as_csv<R: Iterator<Item = Row>>(
+    out: impl Write,
+    rows: impl Fn() -> R,
+) -> Result<SkippedMessages, Unwritten> {
     let mut columns = BTreeSet::new();
-    for row in rows() {
-        columns.extend(flat(&row.map_err(Unwritten::Recording)?).into_iter().map(|(name, _)| name));
+    for row in rows().filter_map(Result::ok) {
+        columns.extend(flat(&row).into_iter().map(|(name, _)| name));
     }
     let mut columns: Vec<String> = columns.into_iter().collect();
     columns.sort_by_key(|name| *name != "decision");
     let mut writer = csv::Writer::from_writer(out);
     writer.write_record(columns.iter().map(|column| heading(column)))?;
-    for row in rows() {
-        let row = flat(&row.map_err(Unwritten::Recording)?);
+    let mut skipped = SkippedMessages::default();
+    for row in rows().filter_map(|row| skipped.skip(row)) {
+        let row = flat(&row);
         writer.write_record(columns.iter().map(|name| row.get(name).map_or_else(String::new, plain)))?;
     }
-    Ok(writer.flush()?)
+    writer.flush()?;
+    Ok(skipped)
 }
 
 /// The name of a column, with its unit.

@@ -3,14 +3,17 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 
-use contract::{Brief, Decision, Digest, RunId, State, Status};
+use contract::message::Message as _;
+use contract::{
+    Action, Announcement, Brief, Command, Decision, Digest, MonotonicNs, Record, RunId, State, Status, Team,
+};
 use hopper::stdout::print;
 use node::{Exit, Failure};
-use recording::{RecordedMessage, Recording, RecordingError};
+use recording::{Channel, JsonMessage, RecordedMessage, Recording, SequenceGap, SkippedMessages};
 use report::{Format, table};
 use serde::Serialize;
 
-use super::{Source, at_fault, load, open};
+use super::{Source, load, open, scenario_of, scenarios, warn_of_skipped};
 
 /// Gaps that the text shows; the JSON has all.
 const GAPS_SHOWN: usize = 10;
@@ -39,6 +42,9 @@ struct Info {
     /// What is wrong with it, and the bytes that are lost by that.
     fault: Option<String>,
     lost_bytes: u64,
+    /// Messages that are left out: those whose channel the file does not define, and those that cannot be decoded.
+    without_channel: u64,
+    undecodable: u64,
     chunks: usize,
     /// First to last message, seconds.
     duration_s: f64,
@@ -58,6 +64,8 @@ struct Info {
     /// The journal's digest as it was at the end, if the recording came to its end.
     digest_at_end: Option<String>,
     gaps: Vec<Missing>,
+    /// Topics that have no message, though a recording of the mission has some.
+    missing_topics: Vec<String>,
     topics: Vec<Topic>,
     metadata: BTreeMap<String, BTreeMap<String, String>>,
 }
@@ -69,12 +77,82 @@ struct Mission {
     state: Option<State>,
     records: BTreeSet<Decision>,
     gaps: Vec<Missing>,
+    /// Topics of which it has messages.
+    topics: BTreeSet<String>,
+    /// Topics without which its records could not be: of the commands and the routes that they name.
+    named: BTreeSet<String>,
 }
 
 impl Mission {
     fn is(&self, run: RunId) -> bool {
         self.brief.is_some_and(|brief| brief.run == run)
     }
+
+    /// Takes a message on `topic`, in whichever run it is.
+    fn on(&mut self, topic: &str, message: RecordedMessage) {
+        let run = match &message {
+            RecordedMessage::State(state) => state.run,
+            RecordedMessage::Patch(patch) => patch.run,
+            RecordedMessage::Page(page) => page.run,
+            RecordedMessage::Command(command) => command.run,
+            RecordedMessage::Past(page) => page.run,
+            RecordedMessage::Gap(gap) => {
+                let SequenceGap { topic, counted, from, through } = gap.clone();
+                return self.gaps.push(Missing { topic, counted, from, through });
+            }
+            _ => return,
+        };
+        if !self.is(run) {
+            return;
+        }
+        self.topics.insert(topic.to_owned());
+        match message {
+            RecordedMessage::State(state) => self.state = Some(state),
+            RecordedMessage::Past(page) => page.records.iter().for_each(|record| self.record(record)),
+            _ => {}
+        }
+    }
+
+    fn record(&mut self, record: &Record) {
+        self.records.insert(record.decision);
+        if !record.origin.is_fallback() {
+            self.named.insert(Command::SERVICE.name_of(record.robot));
+        }
+        if let Action::Announce(_) = record.action {
+            self.named.insert(Announcement::SERVICE.name_of(record.robot));
+        }
+    }
+
+    /// The topics of which every recording of the mission has messages and this one has none. `all` are those of the file.
+    fn missing_topics(&self, all: &BTreeMap<String, Topic>) -> Vec<String> {
+        let Some(brief) = &self.brief else { return vec![Channel::Brief.name()] };
+        let mut need = vec![Channel::State.name(), Channel::Heartbeat.name()];
+        // A recorder that came late has the map from pages.
+        if !self.topics.contains(&Channel::Snapshot.name()) {
+            need.push(Channel::Map.name());
+        }
+        if self.state.is_some_and(|state| state.decision > Decision(0)) {
+            need.push(Channel::Past.name());
+        }
+        if brief.has_team() {
+            need.extend(JsonMessage::topic::<Team>());
+        }
+        need.extend(self.named.iter().cloned());
+        // Messages without a run, or in JSON, are not counted to a mission.
+        let has =
+            |topic: &String| self.topics.contains(topic) || !is_of_run(topic) && all.contains_key(topic);
+        need.retain(|topic| !has(topic));
+        need.sort();
+        need
+    }
+}
+
+/// Whether [`Mission::on`] counts the messages of a topic by their runs.
+fn is_of_run(topic: &str) -> bool {
+    matches!(
+        Channel::of(topic),
+        Some(Channel::State | Channel::Map | Channel::Snapshot | Channel::Command | Channel::Past)
+    )
 }
 
 /// Messages that did not reach the recorder.
@@ -99,79 +177,109 @@ struct Topic {
 /// Shows what is in the recording.
 ///
 /// # Errors
-/// If it cannot be read, is none, or holds a malformed message.
+/// If it cannot be read or is none.
 pub fn run(args: &Args) -> Result<Exit, Failure> {
     let path = &args.source.file;
     let bytes = load(path)?;
     let recording = open(path, &bytes)?;
+    let summary = Summary::of(&recording);
+    warn_of_skipped(path, &summary.skipped);
     if args.scenario {
-        let Some(text) = recording.metadata_entry("scenario", "toml") else {
-            return Err(Failure::new(Exit::Failed, format!("{} keeps no scenario", path.display())));
-        };
+        let text = scenario(&recording, &summary)
+            .map_err(|why| Failure::new(Exit::Failed, format!("{} {why}", path.display())))?;
         print(text)?;
         return Ok(Exit::Done);
     }
-    let info = Info::of(&recording, &path.display().to_string(), bytes.len() as u64)
-        .map_err(|error| at_fault(path, &error))?;
+    let info = Info::of(&recording, summary, &path.display().to_string(), bytes.len() as u64);
     match args.format {
         Format::Text => print(&info.text())?,
         Format::Json => print(&format!("{}\n", serde_json::to_string(&info).map_err(Failure::run)?))?,
     }
-    Ok(if info.whole { Exit::Done } else { Exit::Failed })
+    Ok(if info.whole && info.undecodable == 0 { Exit::Done } else { Exit::Failed })
 }
 
-impl Info {
-    fn of(recording: &Recording<'_>, file: &str, bytes: u64) -> Result<Self, RecordingError> {
-        let mut topics = BTreeMap::<String, Topic>::new();
-        let (mut first, mut last) = (None, None);
-        let mut runs = 0;
-        let mut mission = Mission::default();
+/// The text of the last mission's scenario, or why it is not known.
+fn scenario<'a>(recording: &'a Recording<'_>, summary: &Summary) -> Result<&'a str, String> {
+    let texts = scenarios(recording);
+    match (&texts[..], summary.mission.brief) {
+        ([], _) => Err("keeps no scenario".into()),
+        ([text], _) if summary.runs <= 1 => Ok(text),
+        (texts, brief) => {
+            let of_it = brief.and_then(|brief| scenario_of(recording, &brief).ok().flatten());
+            let unknown =
+                || format!("keeps {} scenarios, none of them known to be of its last mission", texts.len());
+            of_it.map(|(text, _)| text).ok_or_else(unknown)
+        }
+    }
+}
+
+/// What the messages of a recording say.
+#[derive(Default)]
+struct Summary {
+    topics: BTreeMap<String, Topic>,
+    /// Log times of the first and the last message.
+    first: Option<MonotonicNs>,
+    last: Option<MonotonicNs>,
+    runs: u64,
+    /// The last run.
+    mission: Mission,
+    skipped: SkippedMessages,
+}
+
+impl Summary {
+    fn of(recording: &Recording<'_>) -> Self {
+        let mut summary = Self::default();
         for entry in recording.entries() {
-            first.get_or_insert(entry.logged);
-            last = Some(entry.logged);
-            let topic = topics.entry(entry.topic.clone()).or_default();
+            summary.first.get_or_insert(entry.logged);
+            summary.last = Some(entry.logged);
+            let topic = summary.topics.entry(entry.topic.clone()).or_default();
             topic.messages += 1;
             topic.bytes += entry.data.len() as u64;
-            topic.schema = entry.known.map_or("of others", recording::Channel::schema).into();
-            match entry.message()? {
-                Some(RecordedMessage::Brief(told)) if !mission.is(told.run) => {
-                    runs += 1;
-                    mission = Mission { brief: Some(told), ..Mission::default() };
+            topic.schema = entry.known.map_or("of others", Channel::schema).into();
+            if let Some(error) = entry.undecodable() {
+                summary.skipped.add(&error);
+                continue;
+            }
+            match entry.message() {
+                Ok(Some(RecordedMessage::Brief(brief))) if !summary.mission.is(brief.run) => {
+                    summary.runs += 1;
+                    summary.mission = Mission { brief: Some(brief), ..Mission::default() };
                 }
-                Some(RecordedMessage::State(told)) if mission.is(told.run) => mission.state = Some(told),
-                Some(RecordedMessage::Past(page)) if mission.is(page.run) => {
-                    mission.records.extend(page.records.iter().map(|record| record.decision));
-                }
-                Some(RecordedMessage::Gap(gap)) => mission.gaps.push(Missing {
-                    topic: gap.topic,
-                    counted: gap.counted,
-                    from: gap.from,
-                    through: gap.through,
-                }),
+                Ok(Some(message)) => summary.mission.on(&entry.topic, message),
                 _ => {}
             }
         }
+        summary
+    }
+}
+
+impl Info {
+    fn of(recording: &Recording<'_>, summary: Summary, file: &str, bytes: u64) -> Self {
+        let Summary { topics, first, last, runs, mission, skipped } = summary;
         let duration_s = first.zip(last).map_or(0.0, |(first, last)| last.since_ns(first) as f64 / 1e9);
-        let told = |key| recording.metadata_entry("hopper", key).map(str::to_owned);
+        let missing_topics = mission.missing_topics(&topics);
         let with_rate = |(name, topic): (String, Topic)| Topic {
             topic: name,
             hz: if duration_s > 0.0 { topic.messages as f64 / duration_s } else { 0.0 },
             ..topic
         };
-        let Mission { brief, state, records, gaps } = mission;
+        let Mission { brief, state, records, gaps, .. } = mission;
+        let of_run = recording.metadata_of(brief.map(|brief| brief.run), state.map(|state| state.digest));
         let mut metadata = recording.metadata.clone();
-        metadata.remove("scenario");
-        Ok(Self {
+        metadata.retain(|name, _| name != "scenario" && !name.starts_with("scenario#"));
+        Self {
             file: file.into(),
             bytes,
             whole: recording.is_whole(),
             fault: recording.fault.clone(),
             lost_bytes: recording.lost_bytes(),
+            without_channel: recording.without_channel(),
+            undecodable: skipped.messages,
             chunks: recording.chunks(),
             duration_s,
             scenario: brief.map(|brief| brief.scenario.to_string()),
-            seed: told("seed"),
-            version: told("version"),
+            seed: of_run.mission("seed").map(str::to_owned),
+            version: of_run.recorder("version").map(str::to_owned),
             run: brief.map(|brief| brief.run),
             runs,
             decisions: state.map_or(0, |state| state.decision.0),
@@ -179,11 +287,12 @@ impl Info {
             complete: state.is_some_and(|state| records.len() as u64 >= state.decision.0),
             status: state.map(|state| state.status),
             digest: state.map(|state| state.digest),
-            digest_at_end: recording.metadata_entry("end", "digest").map(str::to_owned),
+            digest_at_end: of_run.end("digest").map(str::to_owned),
             gaps,
+            missing_topics,
             topics: topics.into_iter().map(with_rate).collect(),
             metadata,
-        })
+        }
     }
 
     /// Gaps, and the messages in them, by topic.
@@ -208,6 +317,13 @@ impl Info {
             None => line("whole", "yes"),
             Some(fault) => line("whole", &format!("no: {fault}; {} bytes are lost", self.lost_bytes)),
         }
+        if self.undecodable > 0 {
+            line("damaged", &format!("{} messages cannot be decoded and are left out", self.undecodable));
+        }
+        if self.run.is_none() {
+            line("mission", &self.no_mission());
+            return text + "\n" + &self.table();
+        }
         line("scenario", &format!("{}, seed {}", or_unknown(&self.scenario), or_unknown(&self.seed)));
         line("version", &or_unknown(&self.version));
         let run = self.run.map_or_else(|| "unknown".into(), |run| run.to_string());
@@ -225,10 +341,13 @@ impl Info {
         let unrecorded = self.decisions.saturating_sub(self.records);
         if unrecorded > 0 {
             line("missing", &format!("the records of {unrecorded} decisions"));
-        } else if self.gaps.is_empty() {
+        } else if self.gaps.is_empty() && self.missing_topics.is_empty() {
             line("missing", "nothing");
-        } else if self.complete {
+        } else if self.complete && !self.gaps.is_empty() {
             line("missing", "no decision: what queues lost is in hop/past");
+        }
+        for topic in &self.missing_topics {
+            line("missing", &format!("all messages of {topic}"));
         }
         for (topic, (gaps, messages)) in self.missing() {
             line("missing", &format!("{messages} messages of {topic}, in {gaps} gaps"));
@@ -239,12 +358,25 @@ impl Info {
         if self.gaps.len() > GAPS_SHOWN {
             line("", "and so on: --format json has all gaps");
         }
+        text + "\n" + &self.table()
+    }
+
+    /// What a file without a mission is.
+    fn no_mission(&self) -> String {
+        let has_topic = self.topics.iter().any(|topic| topic.topic.starts_with("hop/"));
+        match has_topic || self.metadata.contains_key("hopper") {
+            true => format!("none: no message of {}, which tells what the mission is", Channel::Brief.name()),
+            false => "none: not a recording of Hopper".into(),
+        }
+    }
+
+    fn table(&self) -> String {
         let row = |topic: &Topic| {
             let Topic { topic, schema, messages, bytes, hz } = topic;
             [topic.clone(), schema.clone(), messages.to_string(), format!("{hz:.1}"), bytes.to_string()]
         };
         let rows: Vec<_> = self.topics.iter().map(row).collect();
-        text + "\n" + &table(["topic", "schema", "messages", "a second", "bytes"], &rows)
+        table(["topic", "schema", "messages", "a second", "bytes"], &rows)
     }
 }
 
@@ -265,7 +397,8 @@ mod tests {
         }
         recorder.finish(now).unwrap();
         let bytes = recorder.bytes();
-        Info::of(&Recording::read(&bytes).unwrap(), "a.mcap", bytes.len() as u64).unwrap()
+        let recording = Recording::read(&bytes).unwrap();
+        Info::of(&recording, Summary::of(&recording), "a.mcap", bytes.len() as u64)
     }
 
     /// The messages of the fixtures' mission, its own gap left out.
@@ -305,6 +438,36 @@ mod tests {
         let text = late.text();
         assert!(text.contains("2 messages of hop/r0/state") && !text.contains("nothing"), "{text}");
         assert!(late.complete && text.contains("missing     no decision"), "{text}");
+    }
+
+    /// P-BAG-TOPICS: what a recording of the mission has and this one has not is named, topic by topic.
+    #[test]
+    fn a_topic_without_messages_is_named_as_missing() {
+        assert_eq!(told(flown()).missing_topics, [""; 0]);
+        for channel in [Channel::State, Channel::Heartbeat, Channel::Command] {
+            let without = told(flown().filter(|message| message.topic() != channel));
+            assert_eq!(without.missing_topics, [channel.name()]);
+            let need = format!("missing     all messages of {}", channel.name());
+            assert!(without.text().contains(&need), "{}", without.text());
+        }
+        let is_map = |message: &RecordedMessage| {
+            matches!(message, RecordedMessage::Patch(_) | RecordedMessage::Page(_))
+        };
+        let without = told(flown().filter(|message| !is_map(message)));
+        assert_eq!(without.missing_topics, ["hop/r0/map"]);
+        let without = told(flown().filter(|message| message.topic() != Channel::Past));
+        assert_eq!(without.missing_topics, ["hop/past"]);
+        // Of a late recorder, which has the map from pages.
+        let late = told(flown().filter(|message| message.topic() != Channel::Map));
+        assert_eq!(late.missing_topics, [""; 0]);
+        let team = told(flown().map(|message| match message {
+            RecordedMessage::Brief(brief) => RecordedMessage::Brief(Brief { robots: 2, ..brief }),
+            other => other,
+        }));
+        assert_eq!(team.missing_topics, ["hop/team"]);
+        let nothing = told(flown().filter(|message| message.topic() != Channel::Brief));
+        assert_eq!(nothing.missing_topics, ["hop/brief"]);
+        assert!(nothing.text().contains("mission     none: no message of hop/brief"), "{}", nothing.text());
     }
 
     /// P-BAG-RUNS: of several missions the last is told of, and nothing of those before is counted to it.

@@ -8,8 +8,10 @@ mod replay;
 use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
+use contract::Brief;
 use node::{Exit, Failure};
-use recording::{Recording, RecordingError};
+use recording::{Recording, RecordingError, SkippedMessages};
+use scenario::{ResolvedScenario, Scenario};
 
 /// Tools for recordings made by `hopper run --record` or `hopper monitor --record`.
 #[derive(clap::Subcommand, Clone, Debug)]
@@ -87,6 +89,44 @@ pub fn open<'a>(path: &Path, bytes: &'a [u8]) -> Result<Recording<'a>, Failure> 
     Ok(recording)
 }
 
+/// Warns of messages that were left out.
+pub fn warn_of_skipped(path: &Path, skipped: &SkippedMessages) {
+    if !skipped.is_empty() {
+        tracing::warn!("{}: left out what is damaged: {skipped}", path.display());
+    }
+}
+
+/// The scenario of `brief` among those that the recording keeps, and what comes of it.
+///
+/// # Errors
+/// If the recording keeps a single scenario, and it is malformed.
+pub fn scenario_of<'a>(
+    recording: &'a Recording<'_>,
+    brief: &Brief,
+) -> Result<Option<(&'a str, ResolvedScenario)>, Failure> {
+    let texts = scenarios(recording);
+    let is_alone = texts.len() == 1;
+    for text in texts {
+        let resolved = Scenario::parse(text, "the recording's scenario").and_then(|parsed| parsed.resolve());
+        match resolved {
+            Ok(world)
+                if (world.brief.scenario_hash, world.brief.grid) == (brief.scenario_hash, brief.grid) =>
+            {
+                return Ok(Some((text, world)));
+            }
+            Err(error) if is_alone => return Err(Failure::usage(error)),
+            _ => {}
+        }
+    }
+    Ok(None)
+}
+
+/// The scenarios that the recording keeps.
+pub fn scenarios<'a>(recording: &'a Recording<'_>) -> Vec<&'a str> {
+    let texts = recording.metadata_named("scenario").into_iter();
+    texts.filter_map(|entries| entries.get("toml").map(String::as_str)).collect()
+}
+
 /// A failure that names the recording, with exit code 2.
 #[must_use]
 pub fn at_fault(path: &Path, error: &RecordingError) -> Failure {
@@ -96,15 +136,28 @@ pub fn at_fault(path: &Path, error: &RecordingError) -> Failure {
 /// Writes a new file for its owner only: whole, or not at all.
 ///
 /// # Errors
-/// Exit code 2 if it is there already or its folder cannot be written to, 1 if it cannot be written.
+/// Exit code 2 if it is there already, names a folder, or its folder cannot be written to; 1 if it cannot be written.
 pub fn keep(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
     let there = || Failure::new(Exit::Usage, format!("{} exists already: name another file", path.display()));
     let failed =
         |exit, error: io::Error| Failure::new(exit, format!("{} cannot be written: {error}", path.display()));
+    let need = |what: String| Failure::usage(format!("{} cannot be written: {what}", path.display()));
     if path.symlink_metadata().is_ok() {
         return Err(there());
     }
+    let ends_in = |end: &[u8]| path.as_os_str().as_encoded_bytes().ends_with(end);
+    if path.file_name().is_none() || ends_in(b"/") || ends_in(b"/.") {
+        return Err(need("need the name of a file, got a folder".into()));
+    }
     let folder = path.parent().filter(|folder| *folder != Path::new("")).unwrap_or(Path::new("."));
+    match folder.metadata() {
+        Ok(kind) if kind.is_dir() => {}
+        Ok(_) => return Err(need(format!("need a folder, got the file {}", folder.display()))),
+        Err(error) if error.kind() == ErrorKind::NotFound => {
+            return Err(need(format!("need a folder that exists, got {}", folder.display())));
+        }
+        Err(error) => return Err(failed(Exit::Usage, error)),
+    }
     // Under another name until it is whole; dropping `file` removes it.
     let file = tempfile::Builder::new().prefix(".hopper-").tempfile_in(folder);
     let mut file = file.map_err(|error| failed(Exit::Usage, error.kind().into()))?;

@@ -16,7 +16,7 @@ use recording::{PendingDecision, Playback, RecordedMessage, RecordedRun, Recordi
 use report::{Format, table};
 use serde::Serialize;
 
-use super::{Source, at_fault, load, open};
+use super::{Source, at_fault, load, open, warn_of_skipped};
 
 /// Differences that the text shows; the JSON has all.
 const SHOWN: usize = 40;
@@ -99,12 +99,13 @@ struct Anew {
 /// Replays the recording.
 ///
 /// # Errors
-/// If it cannot be read, has no brief, or holds a malformed message; or if the algorithm is unknown.
+/// If it cannot be read or has no brief, or if the algorithm is unknown.
 pub fn run(args: &Args) -> Result<Exit, Failure> {
     let path = &args.source.file;
     let bytes = load(path)?;
     let recording = open(path, &bytes)?;
     let flown = last_run(&recording).map_err(|error| at_fault(path, &error))?;
+    warn_of_skipped(path, &flown.skipped);
     if flown.brief.has_team() {
         return Err(Failure::usage(format!(
             "{}: to decide anew needs the mission of a hopper alone, got scenario {} with {} {}; hopper journal verify flies \
@@ -157,8 +158,7 @@ fn replay(
     let began = Instant::now();
     let mut metronome = Metronome { rate: args.rate, began, first: None };
     let mut deciding = Duration::ZERO;
-    for message in recording.messages() {
-        let (logged, message) = message.map_err(Failure::usage)?;
+    for (logged, message) in recording.messages().filter_map(Result::ok) {
         let Some(PendingDecision { brief, map, state }) = playback.on(&message, logged) else {
             if matches!(message, RecordedMessage::Brief(_))
                 && playback.brief().map(|b| b.run) == Some(flown.brief.run)
