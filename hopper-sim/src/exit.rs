@@ -26,6 +26,7 @@ impl JournalError {
             | JournalError::TornTooMuch { .. }
             | JournalError::Undecodable { .. }
             | JournalError::NotSound { .. }
+            | JournalError::NoGround { .. }
             | JournalError::OutOfOrder { .. }
             | JournalError::BrokenChain { .. } => Exit::Usage,
         }

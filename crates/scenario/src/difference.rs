@@ -2,6 +2,9 @@
 
 use toml::Value;
 
+use crate::resolved::{canonical, hashed};
+use crate::{Scenario, ScenarioError};
+
 /// A field that two scenarios give different values.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Difference {
@@ -25,6 +28,18 @@ const VALUE_CHARACTERS_MAX: usize = 80;
 pub fn difference(first: &str, second: &str) -> Option<Difference> {
     let [first, second]: [Value; 2] = [toml::from_str(first).ok()?, toml::from_str(second).ok()?];
     differing("", Some(&first), Some(&second))
+}
+
+/// The first field of what the hash of a scenario covers in which two canonical texts differ; `None` if they have the same hash on
+/// the same ground.
+///
+/// # Errors
+/// [`ScenarioError::Toml`] if one of them is no scenario.
+pub fn hashed_difference(first: &str, second: &str) -> Result<Option<Difference>, ScenarioError> {
+    let text =
+        |text: &str, origin| Scenario::parse(text, origin).map(|scenario| canonical(&hashed(&scenario)));
+    let (first, second) = (text(first, "the first scenario")?, text(second, "the second scenario")?);
+    Ok(if first == second { None } else { difference(&first, &second) })
 }
 
 fn differing(field: &str, first: Option<&Value>, second: Option<&Value>) -> Option<Difference> {
@@ -90,8 +105,26 @@ mod tests {
             assert_eq!(got, told, "{to}");
         }
         assert_eq!(difference("", "=("), None);
+        assert!(hashed_difference("", "=(").is_err());
         let robots = |name: &str, x: u32| format!("[[robots]]\nplanner = \"{name}\"\nx = {x}\n");
         assert_eq!(difference(&robots("a", 1), &robots("b", 1)), None);
         assert_eq!(difference(&robots("a", 1), &robots("a", 2)).unwrap().field, "robots.0.x");
+    }
+
+    #[test]
+    fn what_the_hash_leaves_out_is_no_difference_of_what_it_covers() {
+        let text = "[truth.terrain.elevation_file]\nfile = \"/a/b.tif\"\nnodata = [1.0]\n[brief]\nstart = [0, 0]\ngoal = [3, 4]\n\
+                    [limits]\nsteps_max = 150\ndecision_budget_ms = 600.0\n";
+        for (from, to, told) in [
+            ("/a/b.tif", "/c/b.tif", None),
+            ("[1.0]", "[2.0]", None),
+            ("600.0", "1.0", None),
+            ("/a/b.tif", "/a/c.tif", Some("truth.terrain.elevation_file.file")),
+            ("[3, 4]", "[3, 5]", Some("brief.goal")),
+            ("150", "151", Some("limits.steps_max")),
+        ] {
+            let got = hashed_difference(text, &text.replace(from, to)).unwrap();
+            assert_eq!(got.as_ref().map(|got| got.field.as_str()), told, "{to}");
+        }
     }
 }

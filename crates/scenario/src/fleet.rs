@@ -260,7 +260,10 @@ impl Scenario {
     }
 
     /// The planners that robots name, in the order of their numbers.
-    pub(crate) fn planners(&self) -> Result<Vec<Option<Name>>, ScenarioError> {
+    ///
+    /// # Errors
+    /// [`ScenarioError::Planner`] if one cannot be a planner's name.
+    pub fn planners(&self) -> Result<Vec<Option<Name>>, ScenarioError> {
         let name = |(robot, rules): (usize, &RobotRules)| {
             let name = rules.planner.as_deref().map(str::parse).transpose();
             name.map_err(|error| ScenarioError::Planner { robot, error })

@@ -39,7 +39,7 @@ mod warning;
 
 pub use built_in::{BUILT_IN, description, load};
 pub use check::ScenarioCheck;
-pub use difference::{Difference, difference};
+pub use difference::{Difference, difference, hashed_difference};
 pub use error::ScenarioError;
 pub use fitted::{Fitted, fitted, fitted_to, fitted_with};
 pub use fleet::{Fault, Fleet, OwnSensor, RobotRules, VehicleKind};
@@ -138,6 +138,15 @@ impl Scenario {
             self.nodata = Some(nodata.clone());
         }
         self
+    }
+
+    /// Whether its ground comes from files, which may be elsewhere or have other contents another time.
+    #[must_use]
+    pub fn names_files(&self) -> bool {
+        let Truth { terrain, sand, mobility, .. } = &self.truth;
+        matches!(terrain, TerrainSource::ElevationFile(_))
+            || sand.mask_file.is_some()
+            || mobility.clone().is_some_and(|mut mobility| mobility.files().next().is_some())
     }
 
     /// The scenario over an elevation model that is at hand: `contents` of a file of this `name`, which is not looked for.

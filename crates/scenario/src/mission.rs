@@ -132,6 +132,14 @@ pub struct MissionLimits {
     pub decision_budget_ms: f64,
 }
 
+impl MissionLimits {
+    /// The budget in nanoseconds, as the brief has it.
+    #[must_use]
+    pub fn decision_budget_ns(&self) -> u64 {
+        (self.decision_budget_ms * 1e6).round() as u64
+    }
+}
+
 impl OpenPoints {
     pub(crate) fn is_default(&self) -> bool {
         *self == Self::default()

@@ -400,7 +400,7 @@ impl Scenario {
             sensor: common.sensor,
             limits: Limits {
                 steps_max: if patrol.is_some() { DECISIONS_MAX } else { limits.steps_max },
-                decision_budget_ns: (budget_ms * 1e6).round() as u64,
+                decision_budget_ns: limits.decision_budget_ns(),
             },
             guard: guard.resolve(mission.profile)?,
             reading: mission.reading.resolve(mission.profile)?,

@@ -48,8 +48,8 @@ pub(crate) fn canonical(scenario: &Scenario) -> String {
     toml::to_string(scenario).expect("a scenario is tables, numbers and text")
 }
 
-/// See [`ResolvedScenario::hash`].
-pub(crate) fn hash(scenario: &Scenario, terrain: &Terrain) -> [u8; 32] {
+/// What of a scenario its hash covers: all but what changes no outcome, and folders of files.
+pub(crate) fn hashed(scenario: &Scenario) -> Scenario {
     let mut portable = scenario.clone();
     portable.limits.decision_budget_ms = 0.0;
     portable.robots.iter_mut().for_each(|robot| robot.planner = None);
@@ -64,9 +64,13 @@ pub(crate) fn hash(scenario: &Scenario, terrain: &Terrain) -> [u8; 32] {
         file.nodata = None;
     }
     portable.truth.sand.mask_file.iter_mut().for_each(name_only);
+    portable
+}
 
+/// See [`ResolvedScenario::hash`].
+pub(crate) fn hash(scenario: &Scenario, terrain: &Terrain) -> [u8; 32] {
     let mut hasher = Sha256::new();
-    let text = canonical(&portable);
+    let text = canonical(&hashed(scenario));
     hasher.update(b"hopper scenario v1");
     hasher.update((text.len() as u64).to_le_bytes());
     hasher.update(text);

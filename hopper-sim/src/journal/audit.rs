@@ -4,29 +4,34 @@
 //! must come out the same in every field but its times, which no decision depends on. So a resumed mission goes on from
 //! what it would have been, and nothing that a decision depends on is taken from a record unchecked. Without the ground
 //! only that is checked which follows from header and records alone.
+//!
+//! A record does not show which actions were tried in vain: of its vetoes it is checked that the guard vetoes each, not that
+//! somebody tried it, nor that none is missing. No later decision depends on them.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::fmt;
 use std::sync::Arc;
 
 use contract::{
-    Action, Announcement, Brief, Cell, Command, Decision, Digest, Leader, MonotonicNs, Record, Refusal,
-    RobotId, Route, Status,
+    Action, Announcement, Brief, Cell, Command, Decision, Digest, Incarnation, Leader, MonotonicNs, Name,
+    Record, Refusal, RobotId, Route, Status, Timing,
 };
 use serde::Serialize;
 use terrain::Terrain;
 
 use super::JournalHeader;
+use super::disagreement::Disagreement;
 use crate::mission::{genesis, opening_status};
 use crate::{Arbiter, Effect, Event, Fallback, Mission, Pace};
 
-/// The first thing that is wrong with a journal's records.
+/// The first thing that is wrong with a journal.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Fault {
-    /// Which record it is, counted from 0 as they lie in the file.
-    pub record: u64,
-    /// The field of the record.
-    pub field: &'static str,
+    /// Which record it is in, counted from 0 as they lie in the file; `None` for the header.
+    pub record: Option<u64>,
+    /// The field of the record, or its path in the header.
+    pub field: Cow<'static, str>,
     /// What it needs to be.
     pub need: String,
     /// What it is.
@@ -36,7 +41,16 @@ pub struct Fault {
 impl fmt::Display for Fault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { record, field, need, got } = self;
-        write!(f, "record {record}: {field} needs {need}, got {got}")
+        match record {
+            Some(record) => write!(f, "record {record}: {field} needs {need}, got {got}"),
+            None => write!(f, "header: {field} needs {need}, got {got}"),
+        }
+    }
+}
+
+impl Fault {
+    pub(super) fn of_header(Disagreement { field, need, got }: Disagreement) -> Self {
+        Self { record: None, field: field.into(), need, got }
     }
 }
 
@@ -89,7 +103,8 @@ impl Audit {
     /// The first field that is not what it must be.
     pub fn observe(&mut self, record: &Record, route: Option<&Route>) -> Result<(), Fault> {
         let number = self.records;
-        let at = |(field, need, got)| Fault { record: number, field, need, got };
+        let at =
+            |(field, need, got): Difference| Fault { record: Some(number), field: field.into(), need, got };
         self.follows(record).map_err(at)?;
         match &mut self.arbiter {
             Some(arbiter) => repeat(arbiter, record, route).map_err(at)?,
@@ -119,6 +134,19 @@ impl Audit {
             let need = format!("a robot below {}", self.brief.robots);
             return Err(("robot", need, record.robot.to_string()));
         }
+        self.may_lead(record)?;
+        if record.origin.is_fallback() && self.brief.guard.deadline_ns == 0 {
+            return Err((
+                "origin",
+                "planner, since the mission has no deadline".into(),
+                record.origin.to_string(),
+            ));
+        }
+        are_in_order(&record.timing)
+    }
+
+    /// Whether the record's leader may follow that of the record before of the same robot.
+    fn may_lead(&self, record: &Record) -> Result<(), Difference> {
         let (held, leader) = (self.leaders.get(&record.robot).copied().unwrap_or_default(), record.leader);
         let is_led = held != Leader::default();
         let (stays, rises) = (leader == held, leader.term == held.term.next());
@@ -137,12 +165,10 @@ impl Audit {
             };
             return Err(("leader", need, format!("{leader:?}")));
         }
-        if record.origin.is_fallback() && self.brief.guard.deadline_ns == 0 {
-            return Err((
-                "origin",
-                "planner, since the mission has no deadline".into(),
-                record.origin.to_string(),
-            ));
+        // A command without either is none.
+        let is_named = leader.planner != Name::NONE && leader.incarnation != Incarnation::default();
+        if !record.origin.is_fallback() && !is_named {
+            return Err(("leader", "a planner with a name and an incarnation".into(), format!("{leader:?}")));
         }
         Ok(())
     }
@@ -174,6 +200,20 @@ type Difference = (&'static str, String, String);
 
 fn same<T: PartialEq + fmt::Debug>(field: &'static str, need: T, got: T) -> Result<(), Difference> {
     if need == got { Ok(()) } else { Err((field, format!("{need:?}"), format!("{got:?}"))) }
+}
+
+/// Checks the stamps that hopper-sim itself takes, all in one life. Stamps of other processes are not checked, nor those of different
+/// records against each other: after a reboot the clock starts again.
+fn are_in_order(timing: &Timing) -> Result<(), Difference> {
+    let Timing { landed, state_published, accepted, committed, .. } = *timing;
+    let not_before = |field, need: MonotonicNs, got: MonotonicNs| match got < need {
+        true => Err((field, format!("at least {}", need.0), got.0.to_string())),
+        false => Ok(()),
+    };
+    not_before("timing.state_published", landed, state_published)?;
+    not_before("timing.accepted", state_published, accepted)?;
+    // A record is written before its commit is over, so both are the moment at which it was made.
+    same("timing.committed", accepted.0, committed.0)
 }
 
 /// Has the arbiter do what the record says, and compares what it comes to.
@@ -269,7 +309,7 @@ fn compare(need: &Record, got: &Record) -> Result<(), Difference> {
         visits,
         steps,
         status,
-        // When something happened: nothing depends on it, and the clock of that time is gone.
+        // When something happened: nothing depends on it, and the clock of that time is gone. Their order is checked before.
         timing: _,
         previous,
         // Compared by the chain, after all that it covers.

@@ -148,6 +148,14 @@ pub enum JournalError {
         /// What is wrong, a sentence each.
         faults: Vec<String>,
     },
+    /// The ground that its mission was flown on cannot be had.
+    #[error("the ground of {} is not at hand: {reason}", path.display())]
+    NoGround {
+        /// The file.
+        path: PathBuf,
+        /// Which file of the ground, and what about it.
+        reason: String,
+    },
     /// Decisions must follow one another.
     #[error("the journal needs decision {need} next, got {got}")]
     OutOfOrder {

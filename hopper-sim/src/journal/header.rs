@@ -3,15 +3,17 @@
 use std::io;
 use std::path::Path;
 
-use contract::limits::TREASURES_MAX;
+use contract::limits::{GOALS_MAX, TREASURES_MAX};
 use contract::wire::BriefV9;
 use contract::{
     Brief, Cell, Cover, Grid, Guard, Limits, Mixed, MotionParameters, Name, Patrol, Payoff, Priors, Profile,
     Range, Reading, RunId, Scout, SensorParameters, Weights,
 };
-use scenario::{Difference, Fleet, ResolvedScenario, Scenario};
-use serde::{Deserialize, Serialize};
+use scenario::{Difference, Fleet, ResolvedScenario, Scenario, ScenarioError};
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer, Serialize};
 
+use super::disagreement::{Disagreement, agree};
 use super::{JournalError, Storage, codec, frame};
 
 /// First bytes of every journal.
@@ -88,40 +90,60 @@ impl JournalHeader {
         self.brief.run
     }
 
-    /// Checks that a journal with the header `got` is of this mission; the run nonces may differ.
+    /// Checks that a journal with the header `got` is of this mission. Its run may be another, and its decision budget, on which no
+    /// outcome depends.
     ///
     /// # Errors
     /// [`JournalError::Mismatch`] names the first field that differs.
     pub fn check(&self, got: &JournalHeader) -> Result<(), JournalError> {
-        let differing = |field: &'static str, need: String, got: String| match need == got {
-            true => Ok(()),
-            false => Err(JournalError::Mismatch { field: field.into(), need, got }),
-        };
         let (need_brief, got_brief) = (&self.brief, &got.brief);
         differing("scenario", need_brief.scenario.to_string(), got_brief.scenario.to_string())?;
         differing("seed", self.seed.to_string(), got.seed.to_string())?;
         differing("profile", need_brief.profile.to_string(), got_brief.profile.to_string())?;
-        if need_brief.scenario_hash != got_brief.scenario_hash {
-            return Err(match scenario::difference(&self.resolved, &got.resolved) {
-                Some(Difference { field, first: need, second: got }) => {
-                    JournalError::Mismatch { field: field.into(), need, got }
-                }
-                // The texts agree: a file that they name has other contents than when the journal was begun.
-                None => {
-                    let cells = |brief: &Brief| format!("the cells of hash {}", hex(&brief.scenario_hash));
-                    let (need, got) = (cells(need_brief), cells(got_brief));
-                    JournalError::Mismatch { field: "ground".into(), need, got }
-                }
-            });
-        }
+        self.check_text(got)?;
         // The same scenario, read differently by another version of the program.
-        // Its budget may change from life to life: no outcome depends on it.
-        let rest = |brief: &Brief| {
-            let limits = Limits { steps_max: brief.limits.steps_max, ..need_brief.limits };
-            format!("{:?}", Brief { run: RunId(0), limits, ..*brief })
+        let limits = Limits { decision_budget_ns: need_brief.limits.decision_budget_ns, ..got_brief.limits };
+        agree("brief", need_brief, &Brief { run: need_brief.run, limits, ..*got_brief })?;
+        agree("fleet", &self.fleet, &got.fleet)?;
+        Ok(())
+    }
+
+    /// Checks the text of the scenario, with its hash and the budget that it has.
+    fn check_text(&self, got: &JournalHeader) -> Result<(), Disagreement> {
+        let is_same = self.resolved == got.resolved;
+        let budgets_ns = [self, got].map(|header| header.brief.limits.decision_budget_ns);
+        if !is_same || budgets_ns[0] != budgets_ns[1] {
+            let need = got.scenario()?.limits.decision_budget_ns();
+            differing("brief.limits.decision_budget_ns", need.to_string(), budgets_ns[1].to_string())?;
+        }
+        let difference = if self.brief.scenario_hash != got.brief.scenario_hash {
+            // The texts agree: a file that they name has other contents than when the journal was begun.
+            let need_hash = format!("the cells of hash {}", hex(&self.brief.scenario_hash));
+            let got_hash = format!("the cells of hash {}", hex(&got.brief.scenario_hash));
+            let ground = || Difference { field: "ground".into(), first: need_hash, second: got_hash };
+            Some(scenario::difference(&self.resolved, &got.resolved).unwrap_or_else(ground))
+        } else if is_same {
+            None
+        } else {
+            scenario::hashed_difference(&self.resolved, &got.resolved).map_err(no_scenario)?
         };
-        differing("brief", rest(need_brief), rest(got_brief))?;
-        differing("robots", format!("{:?}", self.fleet), format!("{:?}", got.fleet))
+        match difference {
+            Some(Difference { field, first: need, second: got }) => Err(Disagreement { field, need, got }),
+            None => Ok(()),
+        }
+    }
+
+    /// The scenario, read from its text.
+    pub(super) fn scenario(&self) -> Result<Scenario, Disagreement> {
+        let scenario = Scenario::parse(&self.resolved, "the journal's scenario").map_err(no_scenario)?;
+        // The hash does not cover them, and so neither do comparisons with it.
+        scenario.planners().map_err(no_scenario)?;
+        Ok(scenario)
+    }
+
+    /// The scenario's hash in words.
+    pub(super) fn hash(&self) -> String {
+        hex(&self.brief.scenario_hash)
     }
 
     /// Everything before the first record's frame.
@@ -316,6 +338,7 @@ struct BriefOf<P> {
     datum_m: f64,
     start: Cell,
     goal: Cell,
+    #[serde(deserialize_with = "patrol")]
     patrol: Option<Patrol>,
     weights: Weights,
     payoff: Payoff,
@@ -324,6 +347,28 @@ struct BriefOf<P> {
     sensor: SensorParameters,
     limits: Limits,
     guard: Guard,
+}
+
+/// [`Patrol`] as it lies in a header, its goals not yet counted.
+#[derive(Deserialize)]
+struct PatrolAsWritten {
+    cells: [Cell; GOALS_MAX],
+    count: u32,
+    hops_max: u64,
+}
+
+/// Reads a patrol whose goals can be counted.
+fn patrol<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Patrol>, D::Error> {
+    let Some(written) = Option::<PatrolAsWritten>::deserialize(deserializer)? else { return Ok(None) };
+    let PatrolAsWritten { cells, count, hops_max } = written;
+    let goals = usize::try_from(count).ok().and_then(|count| cells.get(..count));
+    let patrol = goals.and_then(|goals| Patrol::new(goals, hops_max));
+    let refusal = || {
+        D::Error::custom(format!(
+            "a patrol needs 2 to {GOALS_MAX} goals and a hop, got {count} and {hops_max}"
+        ))
+    };
+    patrol.ok_or_else(refusal).map(Some)
 }
 
 /// [`Priors`] in [`FORMAT_BEFORE`].
@@ -433,6 +478,16 @@ impl<P> BriefOf<P> {
 fn treasures_of(resolved: &str) -> u32 {
     let scenario = Scenario::parse(resolved, "the journal's scenario");
     scenario.map_or(0, |scenario| scenario.truth.treasures.len().min(TREASURES_MAX) as u32)
+}
+
+fn differing(field: &str, need: String, got: String) -> Result<(), Disagreement> {
+    if need == got { Ok(()) } else { Err(Disagreement { field: field.into(), need, got }) }
+}
+
+/// The text is no scenario.
+fn no_scenario(error: ScenarioError) -> Disagreement {
+    let need = "the text of a scenario".into();
+    Disagreement { field: "resolved".into(), need, got: error.to_string() }
 }
 
 fn hex(bytes: &[u8; 32]) -> String {

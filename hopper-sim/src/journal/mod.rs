@@ -20,6 +20,7 @@ mod audit;
 mod codec;
 #[cfg(unix)]
 mod directory;
+mod disagreement;
 mod error;
 mod folder;
 mod frame;
@@ -33,6 +34,7 @@ mod reader;
 mod show;
 mod storage;
 mod verification;
+mod world;
 
 use std::fs::File;
 use std::path::{Path, PathBuf};

@@ -3,16 +3,14 @@
 use std::collections::BTreeMap;
 use std::fmt;
 use std::path::Path;
-use std::sync::Arc;
 
 use contract::{Decision, Digest, Incarnation, Name, Profile, Record, RobotId, RunId, Status, Term};
 use report::{Fallbacks, Leadership};
-use scenario::Scenario;
 use serde::Serialize;
-use terrain::Terrain;
 
 use super::audit::{Audit, Fault};
-use super::{JournalError, JournalHeader, JournalReader, Storage};
+use super::world::NoWorld;
+use super::{JournalError, JournalReader, Storage};
 use crate::mission::{genesis, opening_status};
 
 /// What a journal proves.
@@ -44,9 +42,9 @@ pub struct Verification {
     pub after_the_end: u64,
     /// Whether terms only rise.
     pub terms_rise: bool,
-    /// The first field of a record that is not what it must be.
+    /// The first field of the header or of a record that is not what it must be.
     pub fault: Option<Fault>,
-    /// Why no record could be executed again, so that outcomes are not checked; `None` if all were.
+    /// Why no record could be executed again, so that outcomes are not checked: a file of the ground is missing or has other contents.
     pub unrepeated: Option<String>,
     /// Actions that the guard vetoed.
     pub vetoes: u64,
@@ -99,12 +97,13 @@ impl Verification {
     /// # Errors
     /// If it cannot be read through.
     pub fn of<S: Storage>(history: &JournalReader<S>) -> Result<Self, JournalError> {
-        let (terrain, unrepeated) = match ground(history.header()) {
-            Ok(terrain) => (Some(terrain), None),
-            Err(reason) => (None, Some(reason)),
+        let (terrain, unrepeated, fault) = match history.header().world() {
+            Ok(world) => (Some(world.terrain), None, None),
+            Err(NoWorld::NotAtHand(reason)) => (None, Some(reason), None),
+            Err(NoWorld::Contradicts(disagreement)) => (None, None, Some(Fault::of_header(disagreement))),
         };
         let mut audit = Audit::new(history.header(), terrain);
-        let mut verification = Self { outcome: audit.status(), unrepeated, ..Self::new(history) };
+        let mut verification = Self { outcome: audit.status(), unrepeated, fault, ..Self::new(history) };
         let (mut due, mut commanders) = (Decision(0), BTreeMap::new());
         let mut records = history.records();
         while let Some(record) = records.next().transpose()? {
@@ -214,14 +213,6 @@ impl fmt::Display for Verification {
             if self.is_sound() { "sound: each decision exactly once" } else { "NOT SOUND" }.into(),
         )
     }
-}
-
-/// The ground of the mission of `header`, made anew from its scenario; or why there is none.
-fn ground(header: &JournalHeader) -> Result<Arc<Terrain>, String> {
-    let scenario = Scenario::parse(&header.resolved, "the journal's scenario");
-    let world = scenario.and_then(|scenario| scenario.resolve()).map_err(|error| error.to_string())?;
-    JournalHeader::new(&world, header.seed).check(header).map_err(|error| error.to_string())?;
-    Ok(world.terrain)
 }
 
 /// Checks the journal in `dir` without locking or changing it.

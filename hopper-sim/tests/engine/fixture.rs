@@ -94,13 +94,12 @@ pub fn sure_mission(start: Cell) -> Mission {
     mission
 }
 
+/// The header of the mission on a ground that no scenario has: its file is nowhere.
 pub fn header(mission: &Mission) -> JournalHeader {
-    JournalHeader {
-        brief: mission.brief,
-        seed: mission.seed,
-        resolved: "[truth]\nkind = \"ramp\"\n".into(),
-        fleet: None,
-    }
+    let resolved = "[truth.terrain.elevation_file]\nfile = \"/nowhere/ramp.tif\"\n\
+                    [brief]\nname = \"bench\"\nprofile = \"hopper\"\nstart = [1, 2]\ngoal = [7, 6]\n"
+        .into();
+    JournalHeader { brief: mission.brief, seed: mission.seed, resolved, fleet: None }
 }
 
 /// Towards the goal along the longer side, with a halt every seventh decision.

@@ -30,6 +30,15 @@ fn a_journal_of_each_kind_of_mission_has_its_format_and_is_read_back_whole() {
     }
 }
 
+/// P-OLD-JOURNAL: its header is what this build makes of its scenario, and each record comes out the same again.
+#[test]
+fn a_journal_of_the_release_before_is_sound() {
+    let golden = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/golden/hard-journal");
+    let verification = hopper_sim::verify(&golden).unwrap();
+    assert_eq!((verification.faults(), verification.unrepeated.clone()), (vec![], None), "{verification}");
+    assert_eq!(verification.decisions, 37);
+}
+
 /// P-STAGES-FORMAT: only a mission of several stages has their number in its journal; one of one stage is as it was before there were
 /// any.
 #[test]

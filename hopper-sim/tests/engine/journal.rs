@@ -27,8 +27,12 @@ impl Written {
     }
 
     pub fn of(records: Vec<Record>) -> Self {
+        Self::with(&header(&mission()), records)
+    }
+
+    fn with(header: &JournalHeader, records: Vec<Record>) -> Self {
         let dir = tempdir().unwrap();
-        let mut journal = Journal::create(dir.path(), &header(&mission()), false).unwrap();
+        let mut journal = Journal::create(dir.path(), header, false).unwrap();
         let bytes = || fs::metadata(dir.path().join(FILE_NAME)).unwrap().len();
         let mut ends = vec![bytes()];
         for record in &records {
@@ -298,7 +302,7 @@ fn another_missions_journal_is_refused_naming_field_need_and_got() {
         ("scenario", other(|header| header.brief.scenario = "other".parse().unwrap())),
         ("seed", other(|header| header.seed += 1)),
         ("profile", other(|header| header.brief.profile = Profile::Paper2023)),
-        ("brief", other(|header| header.brief.limits.steps_max += 1)),
+        ("brief.limits.steps_max", other(|header| header.brief.limits.steps_max += 1)),
     ] {
         let error = Journal::resume(written.path(), &expected, &mission().terrain, false).unwrap_err();
         let JournalError::Mismatch { field: got, need, got: found } = &error else { panic!("{error}") };
@@ -412,7 +416,8 @@ fn the_bytes_of_format_5_are_golden() {
         digest = digest.chain(record);
         record.digest = digest;
     }
-    let bytes = Written::of(records.clone()).bytes();
+    let header = JournalHeader { resolved: "[truth]\nkind = \"ramp\"\n".into(), ..header(&mission()) };
+    let bytes = Written::with(&header, records.clone()).bytes();
     let lines =
         bytes.chunks(32).map(|line| line.iter().map(|byte| format!("{byte:02x}")).collect::<String>() + "\n");
     assert_eq!(lines.collect::<String>(), include_str!("golden.hex"), "a changed layout takes a new FORMAT");
@@ -420,7 +425,7 @@ fn the_bytes_of_format_5_are_golden() {
     // The format of the release before holds the same but for reading and treasures, which it does not have.
     let written = Written::new();
     written.overwrite(&bytes_of_hex(include_str!("golden-3.hex")));
-    let (of_3, of_5) = (read(written.path()).unwrap(), Written::of(records));
+    let (of_3, of_5) = (read(written.path()).unwrap(), Written::with(&header, records));
     assert_eq!(of_3, read(of_5.path()).unwrap());
     assert_eq!(
         Journal::open(written.path(), false).unwrap().header(),

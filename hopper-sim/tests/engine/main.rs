@@ -11,6 +11,7 @@ mod durability;
 mod dynamics;
 mod fixture;
 mod formats;
+mod ground;
 mod guard;
 mod journal;
 mod linger;

@@ -1,4 +1,4 @@
-//! Journals whose records were changed and framed anew, with right checksums and, but for the digests themselves, a right
+//! Journals whose header or records were changed and framed anew, with right checksums and, but for the digests themselves, a right
 //! chain: verifying and resuming refuse them alike, by record and field.
 
 use std::fs;
@@ -6,10 +6,13 @@ use std::path::Path;
 
 use contract::{
     Action, Announcement, Branch, Brief, Cell, Collected, Command, Digest, Direction, Incarnation, Leader,
-    MonotonicNs, Origin, Pace, Record, RobotId, Route, RunId, Status, Term, Vehicle, Vetoed, Waypoint,
+    MonotonicNs, Name, Origin, Pace, Profile, Record, RobotId, RobotSet, Route, RunId, Status, Term, Timing,
+    Vehicle, Vetoed, Waypoint,
 };
 use hopper_sim::journal::FILE_NAME;
-use hopper_sim::{Arbiter, Effect, Event, Journal, JournalError, JournalHeader, Mission, verify};
+use hopper_sim::{
+    Arbiter, Effect, Event, Journal, JournalError, JournalHeader, JournalReader, Mission, verify,
+};
 use scenario::{ResolvedScenario, Scenario};
 use tempfile::TempDir;
 
@@ -63,6 +66,19 @@ impl Flown {
 
     fn create(&self, dir: &Path) -> Journal {
         Journal::create(dir, &self.header(), false).unwrap()
+    }
+
+    /// The journal with this header and the records as they were.
+    fn write_under(&self, header: &JournalHeader) {
+        let dir = tempfile::tempdir().unwrap();
+        drop(Journal::create(dir.path(), header, false).unwrap());
+        self.write_behind(fs::read(dir.path().join(FILE_NAME)).unwrap());
+    }
+
+    /// The journal with the records behind what is written before them.
+    fn write_behind(&self, mut head: Vec<u8>) {
+        self.records.iter().for_each(|record| head.extend(self.frame(record)));
+        fs::write(self.path().join(FILE_NAME), head).unwrap();
     }
 
     /// The journal with these records, framed anew.
@@ -213,6 +229,8 @@ const TWISTS: &[(&str, Twist, &[&str])] = &[
     ("leader.incarnation", |record| record.leader.incarnation.0 += 1, &["leader"]),
     ("leader.pid", |record| record.leader.pid += 1, &["leader"]),
     ("leader.planner", |record| record.leader.planner = name("forged"), &["leader"]),
+    ("leader without a name", |record| record.leader.planner = Name::NONE, &["leader"]),
+    ("leader without a life", |record| record.leader.incarnation.0 = 0, &["leader"]),
     (
         "action",
         |record| record.action = another(record.action),
@@ -260,6 +278,15 @@ const TWISTS: &[(&str, Twist, &[&str])] = &[
     ("visits", |record| record.visits += 1, &["visits"]),
     ("steps", |record| record.steps += 1, &["steps"]),
     ("status", |record| record.status = Status::Goal, &["status"]),
+    ("timing.landed", |record| record.timing.landed.0 = u64::MAX, &["timing.state_published"]),
+    (
+        "timing.state_published",
+        |record| record.timing.state_published.0 = record.timing.accepted.0 + 1,
+        &["timing.accepted"],
+    ),
+    ("timing.accepted", |record| record.timing.accepted.0 += 1, &["timing.committed"]),
+    ("timing.committed", |record| record.timing.committed.0 = u64::MAX, &["timing.committed"]),
+    ("timing.committed", |record| record.timing.committed.0 -= 1, &["timing.committed"]),
     ("previous", |record| record.previous = Digest([9; 32]), &["previous"]),
     ("digest", |record| record.digest = Digest([9; 32]), &["digest"]),
 ];
@@ -269,8 +296,15 @@ const FREE: &[(&str, Twist)] = &[
     ("observation", |record| record.observation += 1),
     ("work", |record| record.work += 1),
     ("cut", |record| record.cut = !record.cut),
-    ("timing.landed", |record| record.timing.landed.0 += 1),
-    ("timing.committed", |record| record.timing.committed.0 += 1),
+    // Another boot's clock.
+    ("timing", |record| {
+        let Timing { landed, state_published, accepted, committed, .. } = &mut record.timing;
+        [landed, state_published, accepted, committed].into_iter().for_each(|stamp| stamp.0 += 1 << 40);
+    }),
+    ("timing.sensed", |record| record.timing.sensed.0 = 0),
+    ("timing.map_published", |record| record.timing.map_published.0 = u64::MAX),
+    ("timing.planning_started", |record| record.timing.planning_started.0 = 0),
+    ("timing.planning_ended", |record| record.timing.planning_ended.0 = 0),
 ];
 
 fn another(action: Action) -> Action {
@@ -307,6 +341,7 @@ fn twisted(records: &[Record], index: usize, field: &str, twist: Twist) -> Vec<R
 
 /// P-NOT-SOUND
 /// P-RECOMPUTED: nothing that a decision depends on is taken from a record unchecked.
+/// P-STAMPS-JOURNAL: nor are stamps of hopper-sim's clock.
 #[test]
 fn a_journal_with_any_field_changed_is_refused_by_record_and_field_whoever_reads_it() {
     for flown in missions() {
@@ -330,8 +365,8 @@ fn a_journal_with_any_field_changed_is_refused_by_record_and_field_whoever_reads
                     }
                     (Ok(verification), Err(error)) => {
                         let fault = verification.fault.unwrap_or_else(|| panic!("{case} is taken for sound"));
-                        assert!(named.contains(&fault.field), "{case}: {fault}");
-                        assert_eq!(fault.record, index as u64, "{case}: {fault}");
+                        assert!(named.contains(&&*fault.field), "{case}: {fault}");
+                        assert_eq!(fault.record, Some(index as u64), "{case}: {fault}");
                         let text = error.to_string();
                         let is_named = text.contains(&fault.to_string())
                             || matches!(
@@ -363,6 +398,27 @@ fn a_journal_with_any_field_changed_is_refused_by_record_and_field_whoever_reads
     }
 }
 
+/// P-RECOMPUTED: which actions a planner tried in vain cannot be computed anew; that the guard vetoes them can.
+#[test]
+fn vetoes_are_checked_for_what_the_guard_vetoes_and_nothing_else() {
+    let mut removed = 0;
+    for flown in missions() {
+        for index in (0..flown.records.len()).filter(|index| flown.records[*index].vetoed != Vetoed::NONE) {
+            let mut records = flown.records.clone();
+            records[index].vetoed = Vetoed::NONE;
+            flown.write(&records);
+            assert_eq!(verify(flown.path()).unwrap().faults(), [""; 0], "{}, record {index}", flown.what);
+            flown.resume().unwrap();
+            records[index].vetoed = flown.records[index].vetoed.with(Action::Hold);
+            flown.write(&records);
+            let fault = verify(flown.path()).unwrap().fault.unwrap();
+            assert_eq!((&*fault.field, fault.record), ("vetoed", Some(index as u64)), "{}", flown.what);
+            removed += 1;
+        }
+    }
+    assert!(removed > 0);
+}
+
 /// P-NOT-SOUND: what is tampered with is what missions are made of.
 #[test]
 fn the_missions_that_are_tampered_with_have_vetoes_fallbacks_and_takeovers() {
@@ -372,4 +428,194 @@ fn the_missions_that_are_tampered_with_have_vetoes_fallbacks_and_takeovers() {
     assert!(all().any(|record| record.origin.is_fallback()));
     assert!(all().any(|record| record.leader.term > Term(1)));
     assert!(all().any(|record| matches!(record.action, Action::Drive | Action::Fly)));
+}
+
+type HeaderTwist = fn(&mut JournalHeader);
+
+/// How each field of a header is changed, and what a refusal may name: of a brief the field, of the text what follows from it. A
+/// twist that leaves a header as it was is of other missions.
+const HEADER_TWISTS: &[(&str, HeaderTwist, &[&str])] = &[
+    ("scenario", |header| header.brief.scenario = name("forged"), &["brief.scenario"]),
+    ("hash", |header| header.brief.scenario_hash[31] ^= 1, &["brief.scenario_hash"]),
+    ("profile", |header| header.brief.profile = other_profile(header.brief.profile), &["brief.profile"]),
+    ("robots", |header| header.brief.robots += u16::from(header.brief.robots > 1), &["brief.robots"]),
+    ("grid.width", |header| header.brief.grid.width += 1, &["brief.grid.width"]),
+    ("grid.height", |header| header.brief.grid.height += 1, &["brief.grid.height"]),
+    ("grid.cell_size_m", |header| header.brief.grid.cell_size_m *= 2.0, &["brief.grid.cell_size_m"]),
+    ("grid.hop_cells", |header| header.brief.grid.hop_cells += 1, &["brief.grid.hop_cells"]),
+    ("datum_m", |header| header.brief.datum_m += 1.0, &["brief.datum_m"]),
+    ("start", |header| header.brief.start.x += 1, &["brief.start.x"]),
+    ("goal", |header| header.brief.goal.y -= 1, &["brief.goal.y"]),
+    ("patrol", |header| header.brief.patrol = None, &["brief.patrol"]),
+    ("weights", |header| header.brief.weights.distance += 1.0, &["brief.weights.distance"]),
+    ("payoff", |header| header.brief.payoff.goal += 1.0, &["brief.payoff.goal"]),
+    ("priors.safety", |header| header.brief.priors.safety.max += 1.0, &["brief.priors.safety.max"]),
+    ("priors.height_m", |header| header.brief.priors.height_m.min -= 1.0, &["brief.priors.height_m.min"]),
+    ("priors.treasures", |header| header.brief.priors.treasures += 1, &["brief.priors.treasures"]),
+    ("motion.gravity", |header| header.brief.motion.gravity_mps2 = 9.81, &["brief.motion.gravity_mps2"]),
+    ("motion.hard", |header| header.brief.motion.hard.flights += 1, &["brief.motion.hard.flights"]),
+    ("sensor", |header| header.brief.sensor.gain += 0.5, &["brief.sensor.gain"]),
+    ("limits.steps_max", |header| header.brief.limits.steps_max += 1, &["brief.limits.steps_max"]),
+    (
+        "limits.decision_budget_ns",
+        |header| header.brief.limits.decision_budget_ns += 1,
+        &["brief.limits.decision_budget_ns"],
+    ),
+    ("guard.hazard_max", |header| header.brief.guard.hazard_max *= 0.5, &["brief.guard.hazard_max"]),
+    ("guard.deadline_ns", |header| header.brief.guard.deadline_ns += 1_000_000, &["brief.guard.deadline_ns"]),
+    ("reading", |header| header.brief.reading.opening_steps += 1, &["brief.reading.opening_steps"]),
+    (
+        "cover",
+        |header| header.brief.cover.iter_mut().for_each(|cover| cover.percent -= 1),
+        &["brief.cover.percent"],
+    ),
+    (
+        "scout",
+        |header| header.brief.scout.iter_mut().for_each(|scout| scout.seed ^= 1),
+        &["brief.scout.seed"],
+    ),
+    (
+        "mixed",
+        |header| {
+            header.brief.mixed.iter_mut().for_each(|mixed| mixed.required = RobotSet::NONE.with(RobotId(1)))
+        },
+        &["brief.mixed.required"],
+    ),
+    (
+        "fleet.robots",
+        |header| {
+            let robots = header.fleet.iter_mut().flat_map(|fleet| &mut fleet.robots);
+            robots.take(1).for_each(|robot| robot.start.cell.x += 1);
+        },
+        &["fleet.robots.0.start.cell.x"],
+    ),
+    ("text", |header| header.resolved = "nonsense = (".into(), &["resolved"]),
+    ("text", |header| header.resolved.clear(), &["resolved"]),
+    (
+        "text",
+        |header| header.resolved = header.resolved.replace("[robot.sensor]", "[robot.censor]"),
+        &["resolved"],
+    ),
+    (
+        "text.name",
+        |header| {
+            let needed = format!("name = \"{}\"", header.brief.scenario);
+            header.resolved = header.resolved.replace(&needed, "name = \"forged\"");
+        },
+        &["brief.scenario"],
+    ),
+    (
+        "text.gravity",
+        |header| header.resolved = header.resolved.replace("gravity_mps2 = 3.72", "gravity_mps2 = 9.81"),
+        &["brief.motion.gravity_mps2"],
+    ),
+    // What the mission is flown on.
+    (
+        "text.truth",
+        |header| header.resolved = header.resolved.replace("amplitude_m = 0.159", "amplitude_m = 0.959"),
+        &["brief.scenario_hash"],
+    ),
+    (
+        "text.budget",
+        |header| {
+            header.resolved =
+                header.resolved.replace("decision_budget_ms = 600.0", "decision_budget_ms = 9.0");
+        },
+        &["brief.limits.decision_budget_ns"],
+    ),
+];
+
+fn other_profile(profile: Profile) -> Profile {
+    if profile == Profile::Hopper { Profile::Paper2023 } else { Profile::Hopper }
+}
+
+/// P-NOT-SOUND
+/// P-RECOMPUTED: nor is anything taken from the header unchecked.
+#[test]
+fn a_header_with_any_field_changed_is_refused_by_field_whoever_reads_it() {
+    let mut twisted = std::collections::BTreeSet::new();
+    for flown in missions() {
+        for (field, twist, named) in HEADER_TWISTS {
+            let mut header = flown.header();
+            twist(&mut header);
+            if header == flown.header() {
+                continue;
+            }
+            twisted.insert(*field);
+            flown.write_under(&header);
+            let before = fs::read(flown.path().join(FILE_NAME)).unwrap();
+            let case = format!("{}, {field}", flown.what);
+            let error = match (verify(flown.path()), flown.resume()) {
+                // What is beyond the bounds of a brief is no header.
+                (Err(JournalError::BadHeader { .. }), Err(error @ JournalError::BadHeader { .. })) => error,
+                (Ok(verification), Err(error)) => {
+                    let fault = verification.fault.unwrap_or_else(|| panic!("{case} is taken for sound"));
+                    assert_eq!(fault.record, None, "{case}: {fault}");
+                    assert!(named.contains(&&*fault.field), "{case}: {fault}");
+                    assert!(fault.need != fault.got && fault.to_string().len() < 400, "{case}: {fault}");
+                    assert!(matches!(error, JournalError::Mismatch { .. }), "{case}: {error}");
+                    let reader = JournalReader::open(flown.path()).unwrap();
+                    let world = reader.world().unwrap_err();
+                    assert!(world.to_string().contains(&fault.to_string()), "{case}: {world}");
+                    assert!(matches!(reader.require_sound(), Err(JournalError::NotSound { .. })), "{case}");
+                    error
+                }
+                (verified, resumed) => panic!("{case}: {verified:?}, {resumed:?}"),
+            };
+            assert_eq!(error.exit(), process::Exit::Usage, "{case}");
+            assert!(error.to_string().len() < 600, "{case}: {error}");
+            assert!(
+                fs::read(flown.path().join(FILE_NAME)).unwrap() == before,
+                "{case}: the file is left alone"
+            );
+        }
+    }
+    let all: std::collections::BTreeSet<&str> = HEADER_TWISTS.iter().map(|(field, ..)| *field).collect();
+    assert_eq!(twisted, all, "each field is one of some mission");
+}
+
+/// P-NOT-SOUND: whatever is in a header whose checksum holds, nothing panics, and what is taken for sound is the same mission.
+#[test]
+fn a_header_with_any_byte_changed_is_refused_or_of_the_same_mission() {
+    let missions = missions();
+    std::thread::scope(|scope| {
+        for flown in &missions {
+            scope.spawn(|| change_each_byte(flown));
+        }
+    });
+}
+
+/// Where the format stands, behind the first bytes of every journal.
+const FORMAT_AT: usize = 8;
+
+/// Where the header's frame begins: length, checksum, payload.
+const FRAME_AT: usize = 12;
+
+fn change_each_byte(flown: &Flown) {
+    let (what, header) = (flown.what, flown.header());
+    let bytes = fs::read(flown.path().join(FILE_NAME)).unwrap();
+    let length = u32::from_le_bytes(bytes[FRAME_AT..FRAME_AT + 4].try_into().unwrap()) as usize;
+    let head = &bytes[..FRAME_AT + 8 + length];
+    let changed = (FORMAT_AT..FRAME_AT).chain(FRAME_AT + 8..head.len());
+    let mut sound = 0;
+    for at in changed {
+        let mut head = head.to_vec();
+        head[at] ^= 1 << (at % 8);
+        let (prefix, payload) = head[FRAME_AT..].split_at(8);
+        let checksum = crc32fast::hash(&[&prefix[..4], payload].concat()).to_le_bytes();
+        head[FRAME_AT + 4..FRAME_AT + 8].copy_from_slice(&checksum);
+        flown.write_behind(head);
+        let (verified, resumed) = (verify(flown.path()), flown.resume());
+        let is_sound = matches!(&verified, Ok(verification) if verification.is_sound());
+        assert_eq!(is_sound, resumed.is_ok(), "{what}, byte {at}: {verified:?}, {resumed:?}");
+        if is_sound {
+            sound += 1;
+            let reader = JournalReader::open(flown.path()).unwrap();
+            let world = reader.world().unwrap();
+            let need = JournalHeader::new(&world, reader.header().seed).with_run(header.run());
+            assert_eq!((need.brief, need.fleet), (header.brief, header.fleet.clone()), "{what}, byte {at}");
+            assert_eq!(world.terrain, flown.world.terrain, "{what}, byte {at}");
+        }
+    }
+    assert!(sound > 0, "{what}: the run may be any");
 }
