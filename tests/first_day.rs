@@ -212,6 +212,24 @@ fn the_doctors_advice_names_the_instance() {
     }
 }
 
+/// P-REFUSED-TRACELESS: a mission that is refused leaves nothing in a folder that was there.
+#[test]
+fn a_refused_mission_adds_nothing_to_a_folder() {
+    let mission = Mission::new("adds-nothing");
+    let folder = mission.path("mine");
+    std::fs::create_dir(&folder).unwrap();
+    for file in [None, Some("notes.txt"), Some("scenario.toml")] {
+        let mine: Vec<_> = file.into_iter().map(|file| folder.join(file)).collect();
+        mine.iter().for_each(|path| std::fs::write(path, include_str!("../scenarios/hard.toml")).unwrap());
+        let words = ["run", "--instance", &mission.name, "--out", "mine", "--planner-command", "false"];
+        let output = mission.hopper(&words).output().unwrap();
+        assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
+        let left: Vec<_> = std::fs::read_dir(&folder).unwrap().map(|file| file.unwrap().path()).collect();
+        assert_eq!(left, mine, "{file:?}");
+        mine.iter().for_each(|path| std::fs::remove_file(path).unwrap());
+    }
+}
+
 /// P-REFUSED-TRACELESS: a mission that is refused leaves no folder, and paths may begin with a hyphen.
 #[test]
 fn a_refused_mission_leaves_no_folder_and_a_path_may_look_like_a_flag() {

@@ -222,3 +222,55 @@ fn a_past_that_cannot_be_served_is_said_once_and_ends() {
     assert!(sim.log().lines().count() < 12, "{}", sim.log());
     assert!(perception.log().lines().count() < 12, "{}", perception.log());
 }
+
+/// P-NOT-SOUND: a header that contradicts its scenario, with right checksums.
+#[test]
+fn whoever_reads_a_journal_with_a_changed_header_says_so_first() {
+    type Twist = fn(&mut hopper_sim::JournalHeader);
+    let cases: [(Twist, &str, &str); 3] = [
+        // Another ground.
+        (
+            |header| header.resolved = header.resolved.replace("amplitude_m = 0.159", "amplitude_m = 0.959"),
+            "header: brief.scenario_hash needs",
+            "amplitude_m needs 0.159, got 0.959",
+        ),
+        (
+            |header| header.brief.motion.gravity_mps2 = 9.81,
+            "header: brief.motion.gravity_mps2 needs 3.72, got 9.81",
+            "brief.motion.gravity_mps2 needs 3.72, got 9.81",
+        ),
+        (|header| header.brief.grid.width += 1, "header: brief.grid.width needs", "brief.grid.width needs"),
+    ];
+    let mission = Mission::new("header");
+    let flown = mission.hopper(&["run", "--lockstep", "--seed", "3", "--out", "."]).output().unwrap();
+    assert!(flown.status.success(), "{}", stderr(&flown));
+    for (number, (twist, verified, resumed)) in cases.into_iter().enumerate() {
+        let out = format!("forged-{number}");
+        let history = hopper_sim::JournalReader::open(&mission.journal()).unwrap();
+        let mut header = history.header().clone();
+        twist(&mut header);
+        assert_ne!(&header, history.header(), "{verified}");
+        let journal = mission.path(&out).join("journal");
+        let mut forged = hopper_sim::Journal::create(&journal, &header, false).unwrap();
+        history.records().take(8).for_each(|record| forged.append(&record.unwrap()).unwrap());
+        drop(forged);
+        for words in [&["journal", "verify", &out][..], &["journal", "verify", &out, "--against-lockstep"]] {
+            let output = mission.hopper(words).output().unwrap();
+            let text = String::from_utf8(output.stdout).unwrap();
+            assert_eq!(output.status.code(), Some(1), "{words:?}: {text}");
+            assert!(text.contains("NOT SOUND") && text.contains(verified), "{words:?}: {text}");
+        }
+        for (words, told) in [
+            (&["journal", "draw", &out][..], verified),
+            (&["view", &out, "--web", "127.0.0.1:0"], verified),
+            (&["run", "--lockstep", "--planners-from", &out, "--out", "again"], verified),
+            (&["run", "--lockstep", "--seed", "3", "--out", &out], resumed),
+            (&["run", "--seed", "3", "--instance", &mission.name, "--out", &out], resumed),
+        ] {
+            let output = mission.hopper(words).output().unwrap();
+            let text = stderr(&output);
+            assert_eq!(output.status.code(), Some(2), "{words:?}: {text}");
+            assert!(text.contains(told) && text.len() < 1000, "{words:?}: {text}");
+        }
+    }
+}

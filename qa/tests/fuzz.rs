@@ -25,6 +25,15 @@ fn random_missions_of_all_kinds_break_no_promise() {
     assert_eq!(output.status.code(), Some(0), "{answer}{}", stderr(&output));
     assert_eq!(answer["missions"], 90, "{answer}");
     assert_eq!(answer["live"], 6, "{answer}");
+    // All with cells of a metre, which most are, and all of a hopper alone.
+    let simulable = (0..90).filter(|seed| {
+        let draft = Draft::of(Kind::of(*seed), *seed).unwrap();
+        let (mission, _) = draft.mission().unwrap();
+        mission.fleet.is_none() || mission.brief.grid.cell_size_m == 1.0
+    });
+    let simulable = simulable.count();
+    assert!(simulable >= 70, "{simulable}");
+    assert_eq!(answer["simulated"], simulable, "{answer}");
     assert!(answer["decisions"].as_u64() > Some(900), "{answer}");
     mission.assert_nothing_left();
 }

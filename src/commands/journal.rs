@@ -1,10 +1,10 @@
 //! `hopper journal`: verifies the journal of a mission, shows its records.
 
-use std::io::Write as _;
+use std::io::{ErrorKind, Write as _};
 use std::path::{Path, PathBuf};
 
-use hopper_sim::Journal;
 use hopper_sim::journal::{Show, Verification, verify};
+use hopper_sim::{Journal, JournalReader};
 use node::{Exit, Failure};
 use report::{Format, PictureStyle};
 use serde::Serialize;
@@ -91,7 +91,10 @@ pub fn run(command: &Command) -> Result<Exit, Failure> {
             let verification = verify(&folder(dir)?)?;
             // What cannot have been flown is not flown again.
             let difference = match verification.is_sound() {
-                true => against_lockstep(&folder(dir)?)?,
+                true => {
+                    require_ground(&folder(dir)?)?;
+                    against_lockstep(&folder(dir)?)?
+                }
                 false => None,
             };
             match (format, &difference) {
@@ -133,7 +136,9 @@ impl DrawArgs {
     /// # Errors
     /// If the journal cannot be read, or has fewer decisions than asked for.
     pub fn pictures(&self) -> Result<Vec<String>, Failure> {
-        let flown = Flown::read(&folder(&self.dir)?)?;
+        let dir = folder(&self.dir)?;
+        require_ground(&dir)?;
+        let flown = Flown::read(&dir)?;
         let most = flown.records.len();
         let at = self.at.unwrap_or(most);
         if at > most {
@@ -158,6 +163,12 @@ fn draw(args: &DrawArgs) -> Result<Exit, Failure> {
         write(args.out(), picture.as_bytes())?;
     }
     Ok(Exit::Done)
+}
+
+/// Refuses a journal whose ground is missing or another one: what is drawn or flown on that is not its mission.
+fn require_ground(dir: &Path) -> Result<(), Failure> {
+    JournalReader::open(dir)?.world()?;
+    Ok(())
 }
 
 /// What `--against-lockstep` prints in JSON.
@@ -190,11 +201,17 @@ fn print_tables(show: &Show) -> Result<(), Failure> {
 /// The folder of the journal: `path`, or the one in it if `path` is the output folder of a run.
 ///
 /// # Errors
-/// If `path` is the file inside the journal's folder.
+/// If `path` is no folder, as the file inside the journal's is none, or nobody here may look into it.
 pub fn folder(path: &Path) -> Result<PathBuf, Failure> {
-    if path.is_file() {
+    if path.exists() && !path.is_dir() {
         let message =
-            format!("a journal is a folder, got the file {}: name the folder it is in", path.display());
+            format!("a journal is a folder, got {}, which is none: name the folder it is in", path.display());
+        return Err(Failure::new(Exit::Usage, message));
+    }
+    if let Err(error) = std::fs::read_dir(path)
+        && error.kind() == ErrorKind::PermissionDenied
+    {
+        let message = format!("need a journal that you may read, got {}: {}", path.display(), error.kind());
         return Err(Failure::new(Exit::Usage, message));
     }
     let inner = path.join("journal");

@@ -12,7 +12,7 @@ use monitor::web::hosts::host_name;
 use monitor::{History, Input, Watcher};
 use node::{Exit, Failure, ShutdownSignal};
 use planner::{Budget, Situation};
-use scenario::{ResolvedScenario, Scenario};
+use scenario::ResolvedScenario;
 
 use crate::commands::journal::folder;
 use crate::mission::{Robots, Sensed};
@@ -85,15 +85,12 @@ pub fn serve(mut history: History, args: &ServeArgs) -> Result<Exit, Failure> {
 /// decision.
 ///
 /// # Errors
-/// If the journal cannot be read or is not sound, or its scenario cannot be resolved.
+/// If the journal cannot be read or is not sound, or the ground that it was flown on is not at hand.
 pub fn history_of_journal(dir: &Path) -> Result<History, Failure> {
     let journal = JournalReader::open(dir)?;
     journal.require_sound()?;
-    let header = journal.header();
-    let scenario = Scenario::parse(&header.resolved, &dir.display().to_string()).map_err(Failure::usage)?;
-    let world = scenario.resolve().map_err(Failure::usage)?;
-    let brief = Brief { run: header.run(), ..header.brief };
-    let mut replay = Replay::begin(&brief, &world, header.seed);
+    let (header, world) = (journal.header(), journal.world()?);
+    let mut replay = Replay::begin(&header.brief, &world, header.seed);
     let mut records = journal.records();
     while let Some(record) = records.next().transpose()? {
         replay.record(&record, records.routes());

@@ -36,6 +36,8 @@ pub struct OutputDir {
     run: RunId,
     /// Whether this began the journal.
     began: bool,
+    /// Those of [`FILES`] that were not there when this took the folder.
+    absent: Vec<&'static str>,
     /// Folders that this has made, the innermost first.
     made: Vec<PathBuf>,
     /// The folder, locked.
@@ -104,9 +106,12 @@ impl OutputDir {
             private_file::check_file(&dir.join(name)).map_err(Failure::usage)?;
         }
         let journal_dir = dir.join("journal");
+        let is_absent = |name: &&str| dir.join(name).symlink_metadata().is_err();
+        let absent = FILES.into_iter().filter(is_absent).collect();
         let began = !Journal::exists(&journal_dir);
         let journal = open_journal(&journal_dir, world, seed, false)?;
-        Ok((Self { dir, run: journal.header().run(), began, made: made.to_vec(), lock }, journal))
+        let run = journal.header().run();
+        Ok((Self { dir, run, began, absent, made: made.to_vec(), lock }, journal))
     }
 
     /// The summary of the mission of `world` and `seed` that `dir` holds, if it has ended and all its files are there. Nothing
@@ -129,8 +134,8 @@ impl OutputDir {
         is_of_journal.then_some(summary)
     }
 
-    /// Removes the journal if this began it and nothing was flown, and the folder if this made it: a mission that was refused
-    /// keeps it for no other.
+    /// Removes the journal if this began it and nothing was flown, with the files that this wrote, and the folder if this made
+    /// it: a mission that was refused leaves nothing behind.
     pub fn withdraw(&self) {
         let dir = self.journal_dir();
         // Held while it is removed, and let go of if it is not what was begun here.
@@ -140,12 +145,10 @@ impl OutputDir {
                 let _ = std::fs::remove_file(dir.join(file));
             }
             let _ = std::fs::remove_dir(&dir);
-            if !self.made.is_empty() {
-                for file in FILES {
-                    let _ = std::fs::remove_file(self.dir.join(file));
-                }
-                remove_empty(&self.made);
+            for file in &self.absent {
+                let _ = std::fs::remove_file(self.dir.join(file));
             }
+            remove_empty(&self.made);
         }
     }
 

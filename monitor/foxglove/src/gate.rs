@@ -67,9 +67,9 @@ impl ViewerGate {
 fn subprotocol(head: &Head) -> Result<&'static str, Rejection> {
     let spoken = SUBPROTOCOLS.into_iter().find(|name| head.lists("sec-websocket-protocol", name));
     spoken.ok_or_else(|| {
-        let offered = head.header("sec-websocket-protocol").map(shortened);
+        let offered = head.header("sec-websocket-protocol").map_or("nothing", shortened);
         let need = SUBPROTOCOLS.join(" or ");
-        Rejection::new(400, format!("a viewer needs to speak {need}, got {offered:?}"))
+        Rejection::new(400, format!("a viewer needs to speak {need}, got {offered}"))
     })
 }
 

@@ -2,8 +2,9 @@
 //! are killed.
 //!
 //! A seed gives a mission: ground, obstacles, sand, robots with their sensors, speeds, starts and goals, limits, planners. Each
-//! is flown in lockstep twice and with a fresh planner at every decision, its journal is resumed, and it is simulated with the
-//! faults of its seed; some are flown by real processes, one of which is killed. A mission that breaks a promise is made small.
+//! is flown in lockstep twice and with a fresh planner at every decision, and its journal is resumed. It is simulated with the
+//! faults of its seed, unless it is one of several robots whose cells are not a metre: the simulation's checker computes no such
+//! flights. Some are flown by real processes, one of which is killed. A mission that breaks a promise is made small.
 
 pub mod draft;
 pub mod smaller;
@@ -77,8 +78,10 @@ pub struct Failing {
 /// The answer; field names are those of the JSON.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Answer {
-    /// Missions that were flown in lockstep and with simulated faults.
+    /// Missions that were flown in lockstep.
     pub missions: u64,
+    /// Those of them that were also flown with simulated faults.
+    pub simulated: u64,
     /// Seeds whose drafts were none that can be flown.
     pub unflyable: u64,
     /// Missions that were flown by real processes.
@@ -115,7 +118,10 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
             };
             answer.missions += 1;
             match checked {
-                Ok(flown) => answer.decisions += flown.records.len() as u64,
+                Ok(checked) => {
+                    answer.decisions += checked.flown.records.len() as u64;
+                    answer.simulated += u64::from(checked.simulated);
+                }
                 Err(broken) => {
                     let smallest = smaller::shrink(draft, &broken.promise, |draft| trial::check(draft).err());
                     let broken = trial::check(&smallest).err().unwrap_or(broken);
@@ -216,11 +222,11 @@ fn failing(draft: &Draft, broken: Broken, args: &Args) -> Result<Failing, Failur
 impl Answer {
     fn text(&self) -> String {
         let mut text = String::new();
-        let Self { missions, unflyable, live, decisions, failure, wall_s } = self;
+        let Self { missions, simulated, unflyable, live, decisions, failure, wall_s } = self;
         let _ = writeln!(
             text,
-            "{missions} missions with {decisions} decisions in lockstep and with simulated faults, {live} by real processes, \
-             in {wall_s:.1} s"
+            "{missions} missions with {decisions} decisions in lockstep, {simulated} of them with simulated faults, {live} by \
+             real processes, in {wall_s:.1} s"
         );
         if *unflyable > 0 {
             let _ = writeln!(text, "{unflyable} seeds without a mission that can be flown");

@@ -37,15 +37,24 @@ pub struct Flown {
     routes: Vec<contract::Route>,
 }
 
+/// A mission in which every promise held.
+#[derive(Clone, Debug)]
+pub struct Checked {
+    /// The mission undisturbed.
+    pub flown: Flown,
+    /// Whether it was also flown with simulated faults.
+    pub simulated: bool,
+}
+
 /// Flies a drafted mission in lockstep, again and again, and with faults.
 ///
 /// # Errors
 /// The promise that did not hold.
-pub fn check(draft: &Draft) -> Result<Flown, Broken> {
+pub fn check(draft: &Draft) -> Result<Checked, Broken> {
     let checked = catch_unwind(AssertUnwindSafe(|| {
         let flown = in_lockstep(draft)?;
-        with_faults(draft)?;
-        Ok(flown)
+        let simulated = with_faults(draft)?;
+        Ok(Checked { flown, simulated })
     }));
     checked.unwrap_or_else(|panic| {
         let text = panic.downcast_ref::<String>().cloned();
@@ -163,17 +172,17 @@ fn plan(draft: &Draft, seats: &[Seat]) -> Plan {
     plan
 }
 
-/// The mission under a virtual clock, with the faults of its seed.
-fn with_faults(draft: &Draft) -> Result<(), Broken> {
+/// The mission under a virtual clock, with the faults of its seed; false if it is none that the simulation's checker computes.
+fn with_faults(draft: &Draft) -> Result<bool, Broken> {
     let (mission, planners) = draft.mission().expect("a draft can be flown");
     // The checker computes flights on cells of a metre, as the worlds of its seeds have.
     if mission.fleet.is_some() && (mission.brief.grid.cell_size_m - 1.0).abs() > 1e-9 {
-        return Ok(());
+        return Ok(false);
     }
     let given = Given { planners: seats(&planners), mission };
     let plan = plan(draft, &given.planners);
     let report = simulate_given(&plan, &given, false);
-    let Some(violation) = report.violation else { return Ok(()) };
+    let Some(violation) = report.violation else { return Ok(true) };
     let fewer = shrink::shrink(&plan, violation.rule, |plan| simulate_given(plan, &given, false).violation);
     let detail = format!("{}; with the faults {:#?}", violation.detail, fewer.faults);
     Err(broken(violation.rule, detail))
