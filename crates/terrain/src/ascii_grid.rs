@@ -184,6 +184,13 @@ impl<R: BufRead + Seek> AsciiGrid<R> {
                     })?,
                 };
                 let value = number(&word).ok_or_else(|| {
+                    if Self::begins(word.as_bytes()) {
+                        return TerrainError::Malformed {
+                            what: "header of the ASCII grid",
+                            need: format!("one number after the keyword before {word:?}"),
+                            got: "several".into(),
+                        };
+                    }
                     foreign(&word).unwrap_or_else(|| TerrainError::Malformed {
                         what: "value of the ASCII grid",
                         need: format!("a number in column {x} of row {row}"),

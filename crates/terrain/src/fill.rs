@@ -302,7 +302,7 @@ impl Test {
         match value {
             _ if is_among(&USUAL_LOWEST, value) => 2,
             _ if value == 0.0 || is_among(&USUAL_SOMETIMES, value) || self.is_limit(value) => 1,
-            _ if self.kind == Kind::Layer && (value < 0.0 || value >= CODE_OF_NODATA_MIN) => 1,
+            _ if self.kind == Kind::Layer && !(0.0..CODE_OF_NODATA_MIN).contains(&value) => 1,
             _ => 0,
         }
     }

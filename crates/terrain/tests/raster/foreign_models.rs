@@ -949,7 +949,7 @@ fn a_sparse_file_is_not_cut_short() {
 #[test]
 fn numbers_that_other_programs_write_are_read_or_named() {
     let grid = |first: &str, header: &str| {
-        let values = vec!["7"; 8].join(" ");
+        let values = ["7"; 8].join(" ");
         format!("ncols 3\nnrows 3\nxllcorner 500000\nyllcorner 4e6\ncellsize 2\n{header}{first} {values}\n")
     };
     for (first, words) in [
@@ -963,6 +963,12 @@ fn numbers_that_other_programs_write_are_read_or_named() {
         says(&error(grid(first, "").as_bytes()), &[words]);
     }
     says(&error(grid("7", "CellSize 3\n").as_bytes()), &["every keyword once", "CellSize"]);
+    let two = grid("7", "").replace("cellsize 2", "cellsize 2 2").replace("ncols 3\n", "") + "ncols 3\n";
+    says(&error(two.as_bytes()), &["ncols"]);
+    let two = "ncols 1\nnrows 1\nxllcorner 9\ncellsize 2 2\nyllcorner 9\n7\n";
+    says(&error(two.as_bytes()), &["header of the ASCII grid"]);
+    let two = "ncols 2\nnrows 1\nxllcorner 900\nyllcorner 900\ncellsize 2 2\nNODATA_value 9\n7 7\n";
+    says(&error(two.as_bytes()), &["one number after the keyword before \"NODATA_value\""]);
     for first in ["1.#QNAN", "-1.#IND", "nan", "-1.#INF"] {
         assert!(values(grid(first, "").as_bytes()).unwrap()[6].is_nan(), "{first}");
         assert_eq!(values(grid("7", &format!("NODATA_value {first}\n")).as_bytes()).unwrap()[6], 7.0);
