@@ -339,8 +339,8 @@ impl<R: BufRead + Seek> RasterFile<R> {
         Ok(Located { georeference, system, remarks })
     }
 
-    /// The unit of heights, which the band, the coordinate system, or both state.
-    fn height_unit(&self, system: Option<&CoordinateSystem>) -> Result<LengthUnit, TerrainError> {
+    /// The unit of heights, which the band, the coordinate system, or both state; `None` for metres by default.
+    fn height_unit(&self, system: Option<&CoordinateSystem>) -> Result<Option<LengthUnit>, TerrainError> {
         let own = match &self.source {
             Source::GeoTiff(file) => file.unit.as_deref(),
             Source::AsciiGrid(_) => None,
@@ -370,7 +370,7 @@ impl<R: BufRead + Seek> RasterFile<R> {
             });
         }
         if let Some(unit) = agreed(what, [stated, of_label, heights.unit])? {
-            return Ok(unit);
+            return Ok(Some(unit));
         }
         let plane = system.and_then(|system| system.unit.clone()).unwrap_or_else(LengthUnit::metre);
         if !plane.is_same_as(&LengthUnit::metre()) {
@@ -381,7 +381,7 @@ impl<R: BufRead + Seek> RasterFile<R> {
                 remedy: "state it with gdal_edit.py -units metre FILE, or -units ft, and so on",
             });
         }
-        Ok(LengthUnit::metre())
+        Ok(None)
     }
 
     /// The heights within `window`, in metres.
@@ -399,12 +399,13 @@ impl<R: BufRead + Seek> RasterFile<R> {
     /// As [`RasterFile::elevation`].
     pub fn survey(mut self, window: Window) -> Result<Survey, TerrainError> {
         let Located { georeference, system, mut remarks } = self.located()?;
-        let unit = self.height_unit(system.as_ref())?;
+        let stated = self.height_unit(system.as_ref())?;
         if let Some(name) = system.as_ref().and_then(|system| system.heights.maybe_feet.clone())
-            && unit.is_metre()
+            && stated.is_none()
         {
             remarks.push(Remark::MaybeFeet(name));
         }
+        let unit = stated.unwrap_or_else(LengthUnit::metre);
         if !unit.is_metre() {
             remarks.push(Remark::HeightsConverted(unit.to_string()));
         }

@@ -816,6 +816,10 @@ fn the_name_of_a_vertical_system_says_its_unit() {
     let survey = first("height in feet|").unwrap();
     assert_eq!(survey.remarks, [Remark::MaybeFeet("height in feet".into())]);
     says(&survey.remarks[0].to_string(), &["taken for metres", "gdal_edit.py -units ft"]);
+    let keys = Some(vec![(1024, 1), (3072, 32633)]);
+    let metadata = Some(metadata_unit("m"));
+    let settled = GeoTiff { keys, metadata, citation: Some((4097, "height in feet|")), ..plain() };
+    assert_eq!(Folder::new("dem.tif", &settled.bytes()).survey().unwrap().remarks, []);
     says(&first("NAVD88 depth (ft)|").unwrap_err().to_string(), &["depths"]);
 }
 
