@@ -25,7 +25,8 @@ fn of_label(text: &str) -> Option<String> {
     }
     let statements = text.lines().filter_map(|line| line.split_once('='));
     let of_image = statements.map(|(key, value)| (key.trim(), value.trim())).skip_while(|(key, value)| {
-        !(key.eq_ignore_ascii_case("OBJECT") && value.trim_matches('"').eq_ignore_ascii_case("IMAGE"))
+        let is_image = value.trim_matches('"').to_ascii_uppercase().ends_with("IMAGE");
+        !(key.eq_ignore_ascii_case("OBJECT") && is_image)
     });
     let unit = of_image
         .take_while(|(key, _)| !key.eq_ignore_ascii_case("END_OBJECT"))

@@ -109,7 +109,8 @@ impl fmt::Display for Remark {
             Self::MaybeRadii { lowest_m } => write!(
                 f,
                 "no height is below {lowest_m} m: if these are distances from the centre of the body, subtract its radius, for \
-                 example with gdal_edit.py -offset -RADIUS FILE"
+                 example with gdal_edit.py -offset -RADIUS FILE; if they are not in metres, name their unit with gdal_edit.py \
+                 -units UNIT FILE"
             ),
             Self::MaybeFeet(name) => write!(
                 f,

@@ -52,9 +52,13 @@ impl Identity {
         if let (Some(code), Some(other)) = (&self.code, &other.code) {
             return Some(code == other);
         }
+        if [self, other].iter().any(|system| system.code.is_none() && system.title.is_none()) {
+            // One of them is not named at all: the numbers are all there is.
+            return Some(true);
+        }
         match (&self.title, &other.title) {
-            (Some(title), Some(other)) if plain(title) != plain(other) => None,
-            _ => Some(true),
+            (Some(title), Some(other)) if plain(title) == plain(other) => Some(true),
+            _ => None,
         }
     }
 }

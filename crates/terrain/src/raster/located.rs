@@ -12,7 +12,7 @@ use crate::unit::LengthUnit;
 use crate::{Georeference, Remark, TerrainError};
 
 /// What programs write for the unit of a band that has none.
-const NO_UNIT: [&str; 5] = ["unspecified", "unknown", "undefined", "none", "n/a"];
+const NO_UNIT: [&str; 7] = ["unspecified", "unknown", "undefined", "none", "n/a", "unk", "null"];
 
 /// Sides of a cell that differ by less than this, relative to each other, are equal but for rounding.
 const SQUARE_WITHIN: f64 = 1e-4;

@@ -686,6 +686,15 @@ fn a_layer_in_another_coordinate_system_is_refused_or_warned_of() {
         let notes = read_layer(&folder.raster, &of_model).unwrap().notes;
         assert_eq!(notes.other_system.is_some(), is_other, "{notes:?}");
     }
+    // A code and a name cannot be compared.
+    let text =
+        format!("ncols 20\nnrows 20\nxllcorner 1000\nyllcorner 4960\ncellsize 2\n{}", "1 ".repeat(400));
+    let coded = Folder::new("layer.asc", text.as_bytes()).with("layer.prj", "EPSG:32634");
+    let by_name = GeoTiff { keys: Some(vec![(1024, 1), (3072, 32767), (3076, 9001)]), ..model.clone() };
+    let raster = RasterFile::new(std::io::Cursor::new(by_name.bytes())).unwrap();
+    let named_alone = SourceCells { georeference: Some(raster.georeference().unwrap()), ..source(true) };
+    assert!(read_layer(&coded.raster, &named_alone).unwrap().notes.other_system.is_some());
+    assert!(read_layer(&coded.raster, &source(true)).is_err());
     // A raster without a system has the numbers of the model's own unit.
     let feet = GeoTiff { keys: Some(vec![(1024, 1), (3072, 2263), (4099, 9003)]), ..plain() };
     let raster = RasterFile::new(std::io::Cursor::new(feet.bytes())).unwrap();
