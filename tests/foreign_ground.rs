@@ -215,7 +215,11 @@ fn every_command_says_what_is_dropped_and_what_no_cell_holds() {
         assert!(mistaken.contains("-9999 looks like nodata"), "{mistaken}");
     }
     // Cells of 0.1 m and a fill that is kept.
-    let steep = GeoTiff { scale: Some(vec![0.1, 0.1, 0.0]), ..model(Some(-9999.0)) };
+    let level = |index: usize| if index < 6 * SIDE { -9999.0 } else { 1200.0 + (index % SIDE) as f64 / 1e3 };
+    let steep = GeoTiff {
+        scale: Some(vec![0.1, 0.1, 0.0]),
+        ..GeoTiff::new(SIDE, SIDE, (0..SIDE * SIDE).map(level).collect())
+    };
     std::fs::write(mission.path("steep.tif"), steep.bytes()).unwrap();
     let refused =
         mission.hopper(&["scenario", "check", "--dem", "steep.tif", "--nodata", "none"]).output().unwrap();
