@@ -100,6 +100,7 @@ fn commands_say_what_was_converted_and_leave_masked_cells_out() {
 }
 
 /// P-DEM-CONVERT.
+// Long: one program stands in for GDAL, and is called again for each change.
 #[test]
 fn a_format_that_is_not_read_is_converted_by_one_printed_command() {
     let mission = Mission::new("convert");

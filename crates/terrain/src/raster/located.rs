@@ -60,31 +60,35 @@ impl<R: BufRead + Seek> RasterFile<R> {
         Ok(stated)
     }
 
+    /// [`RasterFile::placement`], with the reason if it is in a world file alone.
+    fn placed(&self) -> Result<Placement, TerrainError> {
+        match self.placement() {
+            Err(TerrainError::NoGeoreference) if self.has_world_file => Err(TerrainError::Unsupported {
+                what: "size of a cell",
+                need: "ModelPixelScale with ModelTiepoint, or ModelTransformation",
+                got: "a world file beside the raster alone".into(),
+                remedy: "write it into the raster: gdal_translate IN.tif OUT.tif",
+            }),
+            placement => placement,
+        }
+    }
+
+    /// The coordinate system. A text that is not understood says nothing against what the numbers look like.
+    fn understood(&self, looks_like_degrees: bool) -> Result<Option<CoordinateSystem>, TerrainError> {
+        let is_text = |error: &TerrainError| matches!(error, TerrainError::CoordinateSystem { .. });
+        match self.system() {
+            Err(error) if looks_like_degrees && is_text(&error) => Ok(None),
+            Err(TerrainError::File { source, .. }) if looks_like_degrees && is_text(&source) => Ok(None),
+            system => system,
+        }
+    }
+
     pub(super) fn located(&self) -> Result<Located, TerrainError> {
         let RasterHeader { width, height, .. } = self.header;
-        let placement = match self.placement() {
-            Err(TerrainError::NoGeoreference) if self.has_world_file => {
-                return Err(TerrainError::Unsupported {
-                    what: "size of a cell",
-                    need: "ModelPixelScale with ModelTiepoint, or ModelTransformation",
-                    got: "a world file beside the raster alone".into(),
-                    remedy: "write it into the raster: gdal_translate IN.tif OUT.tif",
-                });
-            }
-            placement => placement?,
-        };
+        let placement = self.placed()?;
         let extent = placement.extent(width, height);
         let looks_like_degrees = extent == Extent::Degrees;
-        let system = match self.system() {
-            // A text that is not understood says nothing against what the numbers look like.
-            Err(TerrainError::CoordinateSystem { .. }) if looks_like_degrees => None,
-            Err(TerrainError::File { source, .. })
-                if looks_like_degrees && matches!(*source, TerrainError::CoordinateSystem { .. }) =>
-            {
-                None
-            }
-            system => system?,
-        };
+        let system = self.understood(looks_like_degrees)?;
         let kind = system.as_ref().and_then(|system| system.kind);
         let middle = placement.middle(width, height);
         let degrees = |got: String, radius_m| {
@@ -126,19 +130,7 @@ impl<R: BufRead + Seek> RasterFile<R> {
         }
         let unit_m = unit.metres;
         let [x_size, y_size, west, north] = [x_size, y_size, west, north].map(|length| length * unit_m);
-        for (what, got) in [("cell size", x_size), ("cell size", y_size)] {
-            if !(got.is_finite() && got > 0.0 && got <= LENGTH_MAX_M) {
-                return Err(TerrainError::Value { what, need: "a length above 0 m, at most 1e6 m", got });
-            }
-        }
-        for (what, got) in [("easting", west), ("northing", north)] {
-            if !got.is_finite() {
-                return Err(TerrainError::Value { what, need: "a finite number", got });
-            }
-        }
-        if (x_size - y_size).abs() > SQUARE_WITHIN * x_size {
-            return Err(TerrainError::NotSquare { x_m: x_size, y_m: y_size });
-        }
+        check_lattice([x_size, y_size], [west, north])?;
         let named = system.as_ref().filter(|system| system.kind.is_some());
         let identity = named.map_or_else(Identity::default, |system| system.identity.clone());
         let name = named.map(|system| system.name.clone());
@@ -230,6 +222,24 @@ impl<R: BufRead + Seek> RasterFile<R> {
             None => Lies::MaybeInOtherSystem(got),
         })
     }
+}
+
+/// Refuses cells that are not square, or of no size, and places that are none; all in metres.
+fn check_lattice([x_size, y_size]: [f64; 2], [west, north]: [f64; 2]) -> Result<(), TerrainError> {
+    for (what, got) in [("cell size", x_size), ("cell size", y_size)] {
+        if !(got.is_finite() && got > 0.0 && got <= LENGTH_MAX_M) {
+            return Err(TerrainError::Value { what, need: "a length above 0 m, at most 1e6 m", got });
+        }
+    }
+    for (what, got) in [("easting", west), ("northing", north)] {
+        if !got.is_finite() {
+            return Err(TerrainError::Value { what, need: "a finite number", got });
+        }
+    }
+    if (x_size - y_size).abs() > SQUARE_WITHIN * x_size {
+        return Err(TerrainError::NotSquare { x_m: x_size, y_m: y_size });
+    }
+    Ok(())
 }
 
 /// How a further raster lies to the model.
