@@ -100,6 +100,7 @@ fn commands_say_what_was_converted_and_leave_masked_cells_out() {
 }
 
 /// P-DEM-CONVERT.
+// Long: one program stands in for GDAL, and is called again for each change.
 #[test]
 fn a_format_that_is_not_read_is_converted_by_one_printed_command() {
     let mission = Mission::new("convert");
@@ -147,4 +148,83 @@ fn a_format_that_is_not_read_is_converted_by_one_printed_command() {
     let plain = mission.hopper(&["scenario", "check", "--dem", "made.tif", "--convert"]).output().unwrap();
     assert_eq!(plain.status.code(), Some(0), "{}", stderr(&plain));
     assert_eq!(called().lines().count(), 2, "GDAL ran once: {}", called());
+    // A header beside the source, a corrected one, an older source: each is another model.
+    let old = std::time::SystemTime::UNIX_EPOCH + std::time::Duration::from_secs(1_000_000_000);
+    let changes: [(&str, &dyn Fn(&std::path::Path)); 4] = [
+        ("dem.hdr", &|path| std::fs::write(path, "data type = 3").unwrap()),
+        ("dem.hdr", &|path| std::fs::write(path, "data type = 4 ").unwrap()),
+        ("dem.img.aux.xml", &|path| std::fs::write(path, "<PAMDataset/>").unwrap()),
+        ("dem.img", &|path| {
+            std::fs::File::options().write(true).open(path).unwrap().set_modified(old).unwrap()
+        }),
+    ];
+    for (index, (name, change)) in changes.iter().enumerate() {
+        change(&mission.path(name));
+        for _ in 0..2 {
+            let again = mission.hopper(&words).env("PATH", &programs).output().unwrap();
+            assert_eq!(again.status.code(), Some(0), "{}", stderr(&again));
+            assert_eq!(called().lines().count(), 4 + 2 * index, "{name}");
+        }
+    }
+    // A label beside an image that GDAL does not open is named.
+    std::fs::write(mission.path("P.IMG"), "cells").unwrap();
+    std::fs::write(mission.path("P.LBL"), "PDS_VERSION_ID = PDS3").unwrap();
+    std::fs::write(&program, "#!/bin/sh\nexit 1\n").unwrap();
+    let words = ["terrain", "check", "P.IMG", "--convert"];
+    let refused = mission.hopper(&words).env("PATH", &programs).output().unwrap();
+    assert!(stderr(&refused).contains("P.LBL"), "{}", stderr(&refused));
+}
+
+/// P-DEM-FILL: every command refuses or warns alike where the part that is flown is nothing but fill.
+#[test]
+fn every_command_refuses_a_middle_of_nothing_but_fill() {
+    let mission = Mission::new("middle");
+    let side = 300;
+    let height = |index: usize| {
+        if index < 60 * side { 1200.0 + 2.0 * (index as f64 / 23.0).sin() } else { -9999.0 }
+    };
+    let file = GeoTiff::new(side, side, (0..side * side).map(height).collect());
+    std::fs::write(mission.path("dem.tif"), file.bytes()).unwrap();
+    let commands: [&[&str]; 4] = [
+        &["terrain", "check", "dem.tif", "--crop", "100,100,64,64"],
+        &["scenario", "check", "--dem", "dem.tif"],
+        &["scenario", "new", "--dem", "dem.tif"],
+        &["run", "--lockstep", "--dem", "dem.tif"],
+    ];
+    for words in commands {
+        let output = mission.hopper(words).output().unwrap();
+        assert_eq!(output.status.code(), Some(2), "{words:?}");
+        for said in ["dem.tif", "need heights", "-9999 looks like nodata", "--nodata none"] {
+            assert!(stderr(&output).contains(said), "{said} is missing in {}", stderr(&output));
+        }
+    }
+    assert!(told(&mission, &["terrain", "check", "dem.tif"]).contains("-9999 looks like nodata"));
+}
+
+/// P-DEM-FILL: what is dropped, and a value that no cell holds, are said in every command; ground too steep names its file.
+#[test]
+fn every_command_says_what_is_dropped_and_what_no_cell_holds() {
+    let mission = Mission::new("dropped");
+    std::fs::write(mission.path("dem.tif"), model(Some(1e20)).bytes()).unwrap();
+    std::fs::write(mission.path("fill.tif"), model(Some(-9999.0)).bytes()).unwrap();
+    for command in [&["terrain", "check"][..], &["scenario", "check", "--dem"], &["scenario", "new", "--dem"]]
+    {
+        let of = |words: &[&str]| told(&mission, &[command, words].concat());
+        assert!(of(&["dem.tif"]).contains("240 cells hold 1e20 m, beyond 1e6 m"), "{command:?}");
+        let mistaken = of(&["fill.tif", "--nodata", "9999"]);
+        assert!(mistaken.contains("no cell that was read holds 9999"), "{mistaken}");
+        assert!(mistaken.contains("-9999 looks like nodata"), "{mistaken}");
+    }
+    // Cells of 0.1 m and a fill that is kept.
+    let level = |index: usize| if index < 6 * SIDE { -9999.0 } else { 1200.0 + (index % SIDE) as f64 / 1e3 };
+    let steep = GeoTiff {
+        scale: Some(vec![0.1, 0.1, 0.0]),
+        ..GeoTiff::new(SIDE, SIDE, (0..SIDE * SIDE).map(level).collect())
+    };
+    std::fs::write(mission.path("steep.tif"), steep.bytes()).unwrap();
+    let refused =
+        mission.hopper(&["scenario", "check", "--dem", "steep.tif", "--nodata", "none"]).output().unwrap();
+    for said in ["steep.tif", "-9999 to", "--nodata VALUE"] {
+        assert!(stderr(&refused).contains(said), "{said} is missing in {}", stderr(&refused));
+    }
 }

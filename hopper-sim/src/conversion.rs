@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 use node::Failure;
-use terrain::{RasterFile, TerrainError};
+use terrain::{CONVERTED, RasterFile, TerrainError};
 
 /// Drivers of rasters that are files by themselves, or with a header beside them.
 const DRIVERS: [&str; 44] = [
@@ -64,8 +64,8 @@ const DRIVERS: [&str; 44] = [
 const SKIPPED: &str = "VRT,GTI,DERIVED,WMS,WCS,WMTS,HTTP,PLMOSAIC,PLSCENES,EEDAI,EEDA,OGCAPI,STACTA,STACIT,DAAS,RDA,NGW,\
                        Zarr,MBTiles,GPKG,Rasterlite,PostGISRaster,TileDB,CAD,ERS,MRF,TIL";
 
-/// The name of a GeoTIFF that was converted from another file ends so.
-const ENDING: &str = ".converted.tif";
+/// The name of the file that says what a GeoTIFF was converted from ends so, behind that of the GeoTIFF.
+const RECORD: &str = ".source";
 
 /// The file to read for `dem`: itself if it is read as it is, or a GeoTIFF that is made of it, beside it.
 ///
@@ -80,19 +80,39 @@ pub fn converted(dem: &Path) -> Result<PathBuf, Failure> {
         return Err(Failure::usage(refused));
     }
     let source = dem.canonicalize().map_err(|error| Failure::usage(format!("{}: {error}", dem.display())))?;
-    let target = with_ending(dem, ENDING);
-    if target.exists() {
-        let is_older = modified(&target) < modified(&source);
-        if is_older {
-            let message =
-                format!("--convert: {} is older than {}: remove it", target.display(), dem.display());
-            return Err(Failure::usage(message));
-        }
+    let target = with_ending(dem, CONVERTED);
+    let record = with_ending(&target, RECORD);
+    let files = files_of(&source).map_err(|error| Failure::usage(format!("{}: {error}", dem.display())))?;
+    if target.exists() && std::fs::read_to_string(&record).is_ok_and(|before| before == files) {
         tracing::info!("{} was converted before: reading {}", dem.display(), target.display());
         return Ok(target);
     }
     translate(&source, &target, &refused)?;
+    std::fs::write(&record, files).map_err(|error| Failure::run(format!("{}: {error}", record.display())))?;
     Ok(target)
+}
+
+/// The file at `source` and those beside it that are called like it, with size and time of each: what a conversion of it
+/// depends on.
+fn files_of(source: &Path) -> std::io::Result<String> {
+    let folder = source.parent().unwrap_or(Path::new("/"));
+    let text =
+        |name: Option<&OsStr>| name.map(|name| name.to_string_lossy().to_lowercase()).unwrap_or_default();
+    let (name, stem) = (text(source.file_name()), text(source.file_stem()) + ".");
+    let mut lines = Vec::new();
+    for entry in std::fs::read_dir(folder)? {
+        let path = entry?.path();
+        let other = text(path.file_name());
+        let is_result = other.contains(CONVERTED);
+        if (other != name && !other.starts_with(&stem)) || is_result || !path.is_file() {
+            continue;
+        }
+        let metadata = path.metadata()?;
+        let time = metadata.modified()?.duration_since(std::time::UNIX_EPOCH).unwrap_or_default();
+        lines.push(format!("{other}: {} bytes, {} ns\n", metadata.len(), time.as_nanos()));
+    }
+    lines.sort();
+    Ok(lines.concat())
 }
 
 /// Whether another format, packing or type of number is all that is wrong.
@@ -135,9 +155,11 @@ fn translate(source: &Path, target: &Path, refused: &TerrainError) -> Result<(),
     })?;
     let whole = if output.status.success() { std::fs::rename(&unfinished, target).is_ok() } else { false };
     if whole {
-        let beside = with_ending(&unfinished, ".aux.xml");
+        let [beside, before] = [&unfinished, target].map(|path| with_ending(path, ".aux.xml"));
+        // That of an earlier conversion says nothing of this one.
+        let _ = std::fs::remove_file(&before);
         if beside.exists() {
-            std::fs::rename(&beside, with_ending(target, ".aux.xml")).map_err(Failure::run)?;
+            std::fs::rename(&beside, &before).map_err(Failure::run)?;
         }
         return Ok(());
     }
@@ -147,8 +169,15 @@ fn translate(source: &Path, target: &Path, refused: &TerrainError) -> Result<(),
     let is_error = |line: &&str| line.starts_with("ERROR");
     let said =
         said.lines().find(is_error).or_else(|| said.lines().next()).unwrap_or("it wrote no file").trim();
+    let label = ["lbl", "LBL", "Lbl"]
+        .map(|extension| source.with_extension(extension))
+        .into_iter()
+        .find(|file| file.is_file());
+    let label = label
+        .filter(|label| label != source)
+        .map_or_else(String::new, |label| format!("; its label may be what to convert: {}", label.display()));
     Err(Failure::usage(format!(
-        "--convert: gdal_translate cannot convert {} with its drivers of plain rasters: {said}",
+        "--convert: gdal_translate cannot convert {} with its drivers of plain rasters: {said}{label}",
         source.display()
     )))
 }
@@ -168,8 +197,4 @@ fn with_ending(path: &Path, ending: &str) -> PathBuf {
     let mut name = path.as_os_str().to_owned();
     name.push(ending);
     name.into()
-}
-
-fn modified(path: &Path) -> Option<std::time::SystemTime> {
-    path.metadata().and_then(|metadata| metadata.modified()).ok()
 }

@@ -187,8 +187,8 @@ impl Scenario {
         }
         let mask = match &rules.mask_file {
             Some(path) => {
-                let (mask, fills) = Sand::read_mask(path, &shaped.source)?;
-                shaped.warn_of(path, &fills);
+                let (mask, notes) = Sand::read_mask(path, &shaped.source)?;
+                shaped.warn_of(path, &notes);
                 mask
             }
             None => Vec::new(),

@@ -4,11 +4,12 @@ use std::cell::RefCell;
 use std::io::{BufRead, Cursor, Seek};
 use std::path::Path;
 
+use contract::limits::GRADIENT_MAX;
 use contract::{Grid, Range};
 use coverage_world::World;
 use terrain::{
-    Fill, Gaussian, RandomField, RasterFile, Relief, SourceCells, Survey, TerrainError, Window, hop_cells,
-    read_layer,
+    Fill, Gaussian, LayerNotes, RandomField, RasterFile, Relief, SourceCells, Survey, TerrainError, Window,
+    hop_cells, read_layer,
 };
 
 use crate::bounds::{in_range, positive};
@@ -37,22 +38,29 @@ impl Shaped {
     /// The values of the layer at `path`, in index order; NaN for nodata.
     pub fn layer(&self, path: &Path) -> Result<Vec<f64>, ScenarioError> {
         let layer = read_layer(path, &self.source)?;
-        self.warn_of(path, &layer.fills);
+        self.warn_of(path, &layer.notes);
         Ok(layer.values)
     }
 
-    /// Warns of what was taken for nodata in the layer at `path`.
-    pub fn warn_of(&self, path: &Path, fills: &[Fill]) {
-        let warning = |fill: &Fill| {
+    /// Warns of what reading the layer at `path` had to decide.
+    pub fn warn_of(&self, path: &Path, notes: &LayerNotes) {
+        let file = path.display();
+        let mut warnings = self.warnings.borrow_mut();
+        warnings.extend(notes.fills.iter().map(|fill| {
             let Fill { value, cells, .. } = *fill;
+            let declared = fill.in_words();
             let text = format!(
-                "{}: {fill}; taken for nodata: declare it with gdal_translate -a_nodata {} IN OUT",
-                path.display(),
-                fill.in_words()
+                "{file}: {fill}; taken for nodata: declare it with gdal_translate -a_nodata {declared} IN OUT"
             );
             Warning::SuspectedNodata { value, cells, text }
-        };
-        self.warnings.borrow_mut().extend(fills.iter().map(warning));
+        }));
+        if let Some([own, of_model]) = &notes.other_system {
+            let text = format!(
+                "{file}: its coordinate system is {own}, that of the elevation model {of_model}: taken for the same, as its \
+                 numbers are"
+            );
+            warnings.push(Warning::GroundConverted { text });
+        }
     }
 }
 
@@ -166,10 +174,25 @@ impl ElevationFile {
             elevation = elevation.resampled(cell_size_m)?;
         }
         let relief = Relief::of_elevation(&elevation, self.vertical_exaggeration, hop_cells)?;
+        check_slopes(&relief)?;
         let source = SourceCells { shape: source_cells, window, ratio, georeference: Some(georeference) };
         let warnings = RefCell::new(remarks.iter().map(Warning::from).collect());
         Ok(Shaped { relief, source, warnings })
     }
+}
+
+/// Refuses ground that is too steep for the messages that carry it, where the file is known.
+fn check_slopes(relief: &Relief) -> Result<(), TerrainError> {
+    let known = || relief.cells.iter().flatten();
+    let gradients = known().flat_map(|(_, gradient)| gradient.map(f64::abs));
+    let gradient = gradients.fold(0.0, f64::max);
+    if gradient <= GRADIENT_MAX {
+        return Ok(());
+    }
+    let heights = || known().map(|(height_m, _)| *height_m);
+    let (min_m, max_m) =
+        (heights().fold(f64::INFINITY, f64::min), heights().fold(f64::NEG_INFINITY, f64::max));
+    Err(TerrainError::TooSteep { gradient_max: GRADIENT_MAX, gradient, min_m, max_m })
 }
 
 /// The lattice on which a hop spans whole cells.

@@ -67,13 +67,10 @@ impl From<&Remark> for Warning {
     fn from(remark: &Remark) -> Self {
         let text = remark.to_string();
         match remark {
-            Remark::SuspectedNodata(fill) => {
+            Remark::SuspectedNodata { fill, .. } => {
                 Self::SuspectedNodata { value: fill.value, cells: fill.cells, text }
             }
-            Remark::CoordinatesConverted(_)
-            | Remark::HeightsConverted(_)
-            | Remark::NoUnit(_)
-            | Remark::ByteOrderMark => Self::GroundConverted { text },
+            _ => Self::GroundConverted { text },
         }
     }
 }

@@ -6,11 +6,15 @@
 
 use std::io::{BufRead, Read as _, Seek, SeekFrom};
 
+use crate::number::number;
 use crate::raster_header::{PixelIs, Placement, RasterFormat, RasterHeader};
 use crate::{TerrainError, Window};
 
 /// Longest word of a grid, bytes.
 const WORD_BYTES_MAX: usize = 64;
+
+/// Most values of a file that are kept to judge what they are.
+const SAMPLE_CELLS_MAX: u64 = 1 << 22;
 
 /// Mark that some programs put in front of text in UTF-8.
 const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
@@ -26,6 +30,8 @@ pub(crate) struct AsciiGrid<R> {
     words: Words<R>,
     /// The first value: reading it ended the header.
     first: Option<String>,
+    /// Values from all over the file, once it is read.
+    pub sample: Vec<f64>,
 }
 
 impl<R: BufRead + Seek> AsciiGrid<R> {
@@ -62,25 +68,42 @@ impl<R: BufRead + Seek> AsciiGrid<R> {
         let mut words = Words { reader };
         let (mut columns, mut rows, mut x, mut y) = (None, None, None, None);
         let (mut cell_x, mut cell_y, mut nodata, mut first) = (None, None, None, None);
+        let mut keywords: Vec<String> = Vec::new();
         while let Some(keyword) = words.next()? {
-            if keyword.parse::<f64>().is_ok() {
+            if number(&keyword).is_some() {
                 first = Some(keyword);
                 break;
             }
             if let Some(cause) = foreign(&keyword) {
                 return Err(cause);
             }
+            if !keyword.starts_with(|c: char| c.is_ascii_alphabetic() || "#/".contains(c)) {
+                return Err(TerrainError::Malformed {
+                    what: "first value of the ASCII grid",
+                    need: "a number".into(),
+                    got: format!("{keyword:?}"),
+                });
+            }
             let value = words
                 .next()?
                 .ok_or_else(|| TerrainError::Truncated { need: format!("a value after {keyword}") })?;
-            let number = value.parse::<f64>().map_err(|_| {
+            let number = number(&value).ok_or_else(|| {
                 foreign(&value).unwrap_or_else(|| TerrainError::Malformed {
                     what: "header of the ASCII grid",
                     need: format!("a number after {keyword:?}"),
                     got: format!("{value:?}"),
                 })
             })?;
-            match keyword.to_ascii_lowercase().as_str() {
+            let plain = keyword.to_ascii_lowercase();
+            if keywords.contains(&plain) {
+                return Err(TerrainError::Malformed {
+                    what: "header of the ASCII grid",
+                    need: "every keyword once".into(),
+                    got: format!("{keyword:?} twice"),
+                });
+            }
+            keywords.push(plain.clone());
+            match plain.as_str() {
                 "ncols" => columns = Some(side("ncols", &value)?),
                 "nrows" => rows = Some(side("nrows", &value)?),
                 "xllcorner" => x = Some((number, PixelIs::Area)),
@@ -125,6 +148,7 @@ impl<R: BufRead + Seek> AsciiGrid<R> {
             pixel_is: x_is,
             words,
             first,
+            sample: Vec::new(),
         })
     }
 
@@ -146,6 +170,9 @@ impl<R: BufRead + Seek> AsciiGrid<R> {
         let RasterHeader { width, height, .. } = self.header;
         // Grows as rows arrive: a header cannot make it allocate more than the rows fill.
         let mut north_first = Vec::new();
+        let is_part = window != Window::all(width, height);
+        let step = (u64::from(width) * u64::from(height)).div_ceil(SAMPLE_CELLS_MAX);
+        let mut index = 0_u64;
         for row in 0..height {
             let y = height - 1 - row;
             let inside_y = (window.y..window.y + window.height).contains(&y);
@@ -156,13 +183,24 @@ impl<R: BufRead + Seek> AsciiGrid<R> {
                         need: format!("{height} rows of {width} values, column {x} of row {row}"),
                     })?,
                 };
-                let value = word.parse::<f64>().map_err(|_| {
+                let value = number(&word).ok_or_else(|| {
+                    if Self::begins(word.as_bytes()) {
+                        return TerrainError::Malformed {
+                            what: "header of the ASCII grid",
+                            need: format!("one number after the keyword before {word:?}"),
+                            got: "several".into(),
+                        };
+                    }
                     foreign(&word).unwrap_or_else(|| TerrainError::Malformed {
                         what: "value of the ASCII grid",
                         need: format!("a number in column {x} of row {row}"),
                         got: format!("{word:?}"),
                     })
                 })?;
+                if is_part && index.is_multiple_of(step) {
+                    self.sample.push(value);
+                }
+                index += 1;
                 if inside_y && (window.x..window.x + window.width).contains(&x) {
                     north_first.push(value);
                 }
@@ -201,7 +239,28 @@ fn foreign(word: &str) -> Option<TerrainError> {
     if word.contains(';') {
         return refused("semicolons", "replace them by spaces: tr ';' ' ' < IN > OUT");
     }
+    if word.contains(['d', 'D']) && word.replace(['d', 'D'], "e").parse::<f64>().is_ok() {
+        return refused("exponents of Fortran", "replace D by E: tr 'Dd' 'Ee' < IN > OUT");
+    }
+    if word.contains('"') {
+        return refused("quotes", "remove them: tr -d '\"' < IN > OUT");
+    }
     let digits = |text: &str| !text.is_empty() && text.chars().all(|c| c.is_ascii_digit());
+    let plain = word.replace([',', '.'], "");
+    if word.contains(',')
+        && word.contains('.')
+        && word.matches(',').count() < 3
+        && digits(plain.trim_start_matches(['-', '+']))
+    {
+        let groups = || word.split([',', '.']).skip(1);
+        let last = groups().count() - 1;
+        if !word.ends_with([',', '.']) && groups().take(last).all(|group| group.len() == 3) {
+            return refused(
+                "separators of thousands",
+                "write them without separators and with decimal points",
+            );
+        }
+    }
     match word.split_once(',') {
         None => None,
         Some((whole, fraction)) if digits(whole.trim_start_matches(['-', '+'])) => {

@@ -185,9 +185,7 @@ impl TerrainCheck {
         let warnings = remarks.iter().map(|remark| match remark {
             Remark::CoordinatesConverted(_) => format!("coordinates: {remark}"),
             Remark::HeightsConverted(_) => format!("elevation: {remark}"),
-            Remark::SuspectedNodata(_) | Remark::NoUnit(_) | Remark::ByteOrderMark => {
-                format!("warning: {remark}")
-            }
+            _ => format!("warning: {remark}"),
         });
         plan.extend(warnings);
         plan

@@ -80,14 +80,15 @@ pub enum TerrainError {
     /// The values are distances from the centre of a body.
     #[error(
         "need heights above a datum, got radii: distances from the centre of the body, {min_m} to {max_m} m; subtract the \
-         radius that heights shall count from, for example: gdal_calc.py -A IN.tif --calc=A-{} --outfile OUT.tif",
-        datum_m(*min_m, *max_m)
+         radius that heights shall count from, for example: {remedy}"
     )]
     Radii {
         /// Least distance, metres.
         min_m: f64,
         /// Greatest distance, metres.
         max_m: f64,
+        /// The command that subtracts it.
+        remedy: String,
     },
     /// The rows do not run from west to east, northernmost first.
     #[error(
@@ -114,7 +115,9 @@ pub enum TerrainError {
     )]
     NoGeoreference,
     /// More cells were asked for than are read at once.
-    #[error("need at most {cells_max} cells, got {cells}; crop it (crop_cells or crop_m in a scenario)")]
+    #[error(
+        "need at most {cells_max} cells, got {cells}; crop it (--crop of terrain check, crop_cells or crop_m in a scenario)"
+    )]
     CellsMax {
         /// Most cells that are read at once.
         cells_max: u64,
@@ -122,10 +125,27 @@ pub enum TerrainError {
         cells: u64,
     },
     /// No cell of the window has a height.
-    #[error("need heights, got nodata or NaN in all {cells} cells; choose another file or another crop")]
+    #[error("need heights, got nodata or NaN in all {cells} cells{why}; choose another file or another crop")]
     NoHeights {
         /// Cells of the window.
         cells: u64,
+        /// Which values were taken for nodata, a semicolon before each; empty if the file declares them.
+        why: String,
+    },
+    /// The ground is steeper than any that is simulated.
+    #[error(
+        "need slopes below {gradient_max} m a metre, got {gradient} m between heights from {min_m} to {max_m} m; if one of \
+         these marks cells without data, settle it with --nodata VALUE"
+    )]
+    TooSteep {
+        /// Steepest slope allowed, metres a metre.
+        gradient_max: f64,
+        /// Slope of the ground.
+        gradient: f64,
+        /// Lowest height, metres.
+        min_m: f64,
+        /// Highest height, metres.
+        max_m: f64,
     },
     /// The crop is empty or reaches beyond the file.
     #[error(
@@ -182,6 +202,17 @@ pub enum TerrainError {
         /// Cells of the raster.
         got: String,
     },
+    /// A further raster has the numbers of the model in another coordinate system.
+    #[error(
+        "a further raster needs the coordinate system of the elevation model, {need}, got {got}; reproject it with gdalwarp \
+         -t_srs, or correct what it says with gdal_edit.py -a_srs"
+    )]
+    LayerSystem {
+        /// Coordinate system of the elevation model.
+        need: String,
+        /// Coordinate system of the raster.
+        got: String,
+    },
     /// A hop is not a whole number of cells.
     #[error(
         "need a hop of a whole number of cells, got {hop_distance_m} m over cells of {cell_size_m} m; \
@@ -222,15 +253,6 @@ fn reprojection(radius_m: Option<f64>, centre_deg: Option<[f64; 2]>) -> String {
         "reproject it to metres, for example: gdalwarp -t_srs '+proj=laea +lat_0={latitude} +lon_0={longitude} \
          {body} +units=m' -r bilinear IN.tif OUT.tif{note}"
     )
-}
-
-/// The radius of the body whose surface lies so far from its centre, metres: that of the Moon, Mars or Mercury, or about the
-/// middle of what there is.
-fn datum_m(min_m: f64, max_m: f64) -> f64 {
-    let middle_m = (min_m + max_m) / 2.0;
-    let bodies_m = [1_737_400.0, 3_396_190.0, 2_439_400.0, 6_051_800.0, 6_371_000.0];
-    let near = bodies_m.into_iter().find(|radius_m: &f64| (radius_m - middle_m).abs() < 0.01 * radius_m);
-    near.unwrap_or_else(|| (middle_m / 1000.0).round() * 1000.0)
 }
 
 /// Radii that can only be the Earth's, metres.

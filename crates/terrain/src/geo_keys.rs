@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use crate::TerrainError;
-use crate::crs::{self, CoordinateSystem, EARTH_RADIUS_M, Heights, Kind};
+use crate::crs::{self, CoordinateSystem, EARTH_RADIUS_M, Heights, Identity, Kind};
 use crate::raster_header::PixelIs;
 use crate::unit::LengthUnit;
 
@@ -17,6 +17,7 @@ const PROJECTED_CITATION: u16 = 3073;
 const LINEAR_UNITS: u16 = 3076;
 const LINEAR_UNIT_SIZE: u16 = 3077;
 const VERTICAL_SYSTEM: u16 = 4096;
+const VERTICAL_CITATION: u16 = 4097;
 const VERTICAL_UNITS: u16 = 4099;
 const USER_DEFINED: u16 = 32767;
 /// Tag of the numbers that keys with fractions point into.
@@ -36,6 +37,8 @@ pub(crate) struct GeoKeys {
     /// Length of a user-defined unit, metres.
     linear_unit_m: Option<f64>,
     citation: Option<String>,
+    /// Name of the vertical system.
+    vertical_citation: Option<String>,
     /// ESRI's text of the whole coordinate system.
     text: Option<String>,
 }
@@ -88,6 +91,8 @@ impl GeoKeys {
         let described = cited.split_once(ESRI_TEXT).map(|(_, text)| text);
         if let Some(text) = described {
             self.text = Some(text.into());
+        } else if id == VERTICAL_CITATION {
+            self.vertical_citation = if cited.is_empty() { None } else { Some(cited.into()) };
         } else if !cited.is_empty() && (id == PROJECTED_CITATION || id == CITATION && self.citation.is_none())
         {
             self.citation = Some(cited.into());
@@ -115,7 +120,7 @@ impl GeoKeys {
             Some(Kind::Plane) => self.named(self.plane_in_words(), PROJECTED_SYSTEM, of_text.as_ref()),
             Some(Kind::Degrees { .. }) => self.named("geographic", GEOGRAPHIC_SYSTEM, of_text.as_ref()),
             Some(Kind::Geocentric) => self.named("geocentric", GEOGRAPHIC_SYSTEM, of_text.as_ref()),
-            None if self.says_of_heights() => {
+            None if self.says_of_heights() || self.vertical_citation.is_some() => {
                 self.named("of heights alone", VERTICAL_SYSTEM, of_text.as_ref())
             }
             None => return Ok(None),
@@ -124,6 +129,15 @@ impl GeoKeys {
         if kind == Some(Kind::Plane) {
             system.unit = self.unit(of_code.as_ref(), of_text.as_ref())?;
         }
+        let of_ellipsoid = of_code.as_ref().and_then(|system| system.radius_m);
+        system.radius_m = match kind {
+            Some(Kind::Degrees { radius_m }) => radius_m,
+            _ => self
+                .semi_major_m
+                .or(of_ellipsoid)
+                .or(of_text.as_ref().and_then(|system| system.radius_m))
+                .or(self.code(GEOGRAPHIC_SYSTEM).map(|_| EARTH_RADIUS_M)),
+        };
         let stated = [of_code, of_text]
             .into_iter()
             .flatten()
@@ -175,14 +189,25 @@ impl GeoKeys {
     }
 
     fn named(&self, kind: &str, key: u16, of_text: Option<&CoordinateSystem>) -> CoordinateSystem {
-        let citation = self.citation.as_deref().or(of_text.map(|system| system.name.as_str()));
-        let citation = citation.map_or(String::new(), |text| format!(" ({text})"));
+        let title = self.citation.as_deref().or(of_text.map(|system| system.name.as_str()));
+        let citation = title.map_or(String::new(), |text| format!(" ({text})"));
+        let identity = Identity {
+            code: self.code(key).map(|code| format!("EPSG:{code}")),
+            title: title.map(str::to_owned),
+        };
         let code = match self.code(key) {
             Some(code) => format!("EPSG:{code}"),
             None => "user-defined".into(),
         };
         let name = format!("{kind}, {code}{citation}");
-        CoordinateSystem { name, kind: None, unit: None, heights: Heights::default() }
+        CoordinateSystem {
+            name,
+            kind: None,
+            unit: None,
+            heights: Heights::default(),
+            radius_m: None,
+            identity,
+        }
     }
 
     /// The unit of coordinates: that of its own key, of the system's code, or of the system's text.
@@ -200,8 +225,7 @@ impl GeoKeys {
                 Some(unit.ok_or_else(|| unknown_unit(what, "a user-defined one without its length"))?)
             }
             Some(&code) => Some(
-                LengthUnit::of_epsg(u64::from(code))
-                    .ok_or_else(|| unknown_unit(what, &format!("EPSG:{code}")))?,
+                LengthUnit::of_epsg(u64::from(code)).ok_or_else(|| unknown_unit(what, &in_words(code)))?,
             ),
         };
         let by_code = of_code.and_then(|system| system.unit.clone());
@@ -227,14 +251,22 @@ impl GeoKeys {
         let by_key = match self.shorts.get(&VERTICAL_UNITS) {
             None | Some(0) => None,
             Some(&code) => Some(
-                LengthUnit::of_epsg(u64::from(code))
-                    .ok_or_else(|| unknown_unit(what, &format!("EPSG:{code}")))?,
+                LengthUnit::of_epsg(u64::from(code)).ok_or_else(|| unknown_unit(what, &in_words(code)))?,
             ),
         };
         let downwards = stated.downwards || of_system.as_ref().is_some_and(|heights| heights.downwards);
         let by_system = of_system.and_then(|heights| heights.unit);
-        Ok(Heights { unit: agreed(what, [by_key, by_system, stated.unit])?, downwards })
+        let unit = agreed(what, [by_key, by_system, stated.unit])?;
+        Ok(match (&unit, &self.vertical_citation) {
+            (None, Some(name)) => Heights::cited(name, downwards),
+            _ => Heights { unit, downwards, ..Heights::default() },
+        })
     }
+}
+
+/// What the code of a unit that is not known says.
+fn in_words(code: u16) -> String {
+    if code == USER_DEFINED { "a user-defined one".into() } else { format!("EPSG:{code}") }
 }
 
 fn unknown_unit(what: &'static str, got: &str) -> TerrainError {

@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use crate::crs::Identity;
 use crate::raster_header::PixelIs;
 use crate::{TerrainError, Window};
 
@@ -18,6 +19,12 @@ pub struct Georeference {
     pub pixel_is: PixelIs,
     /// Name of the coordinate system, or that the file names none.
     pub coordinate_system: String,
+    /// Which system that is.
+    #[serde(skip)]
+    pub(crate) identity: Identity,
+    /// The unit of the file's own coordinates, metres.
+    #[serde(skip)]
+    pub(crate) unit_m: f64,
 }
 
 impl Georeference {

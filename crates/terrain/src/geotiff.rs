@@ -9,6 +9,7 @@ use std::io::{BufRead, Seek, SeekFrom};
 use roxmltree::Document;
 
 use crate::geo_keys::GeoKeys;
+use crate::number::number;
 use crate::raster_header::{PixelIs, Placement, RasterFormat, RasterHeader};
 use crate::tiff_directory::Directory;
 use crate::tiff_image::{Image, Shows};
@@ -16,6 +17,9 @@ use crate::{TerrainError, Window};
 
 /// Most directories that are looked through for a mask: those of overviews and their masks stand among them.
 const DIRECTORIES_MAX: usize = 256;
+
+/// How far tie points may be off the lattice, cells.
+const TIED_WITHIN: f64 = 1e-3;
 
 /// Flag of a directory that holds the mask of another (TIFF 6.0, NewSubfileType).
 const IS_MASK: u64 = 4;
@@ -39,6 +43,8 @@ pub(crate) struct GeoTiff<R> {
     pub keys: GeoKeys,
     /// Unit of the values, as GDAL's metadata name it.
     pub unit: Option<String>,
+    /// Nodata beside that of the header, as GDAL's metadata name it.
+    pub further_nodata: Vec<f64>,
     scale: Option<Vec<f64>>,
     tiepoint: Option<Vec<f64>>,
     transformation: Option<Vec<f64>>,
@@ -89,7 +95,8 @@ impl<R: BufRead + Seek> GeoTiff<R> {
             offset: metadata.number("offset", keyed.1)?,
         };
         let unit = metadata.text("unittype").map(str::to_owned);
-        Ok(Self { header, keys, unit, scale, tiepoint, transformation, image, mask, reader })
+        let further_nodata = metadata.nodata_values();
+        Ok(Self { header, keys, unit, further_nodata, scale, tiepoint, transformation, image, mask, reader })
     }
 
     /// Opens a file of a mask: which cells of another raster count.
@@ -122,9 +129,20 @@ impl<R: BufRead + Seek> GeoTiff<R> {
         let [x_size, y_size, ..] = scale[..] else {
             return Err(wrong_count("ModelPixelScale", 3, scale.len()));
         };
-        let [i, j, _, x, y, _] = tiepoint[..] else {
-            return Err(wrong_count("ModelTiepoint", 6, tiepoint.len()));
+        let (&[i, j, _, x, y, _], further) = tiepoint
+            .split_first_chunk::<6>()
+            .filter(|(_, further)| further.len() % 6 == 0)
+            .ok_or_else(|| wrong_count("ModelTiepoint", 6, tiepoint.len()))?;
+        // Further tie points have to be of the same lattice.
+        let is_off = |point: &[f64]| {
+            let off = [point[3] - x - (point[0] - i) * x_size, point[4] - y + (point[1] - j) * y_size];
+            !(off[0].abs() <= TIED_WITHIN * x_size && off[1].abs() <= TIED_WITHIN * y_size)
         };
+        if let Some(point) = further.chunks_exact(6).find(|point| is_off(point)) {
+            return Err(TerrainError::NotNorthUp {
+                got: format!("tie points such as {point:?} off its lattice"),
+            });
+        }
         if x_size < 0.0 || y_size < 0.0 {
             return Err(TerrainError::NotNorthUp { got: format!("a pixel scale of {x_size} x {y_size}") });
         }
@@ -135,6 +153,11 @@ impl<R: BufRead + Seek> GeoTiff<R> {
             north: y - (middle - j) * y_size,
             pixel_is,
         })
+    }
+
+    /// Windows all over the file: all of it, or some of its strips or tiles if it is large.
+    pub fn parts(&self) -> Vec<Window> {
+        self.image.parts()
     }
 
     /// Stored values within `window`, southernmost row first; NaN for nodata and where the file's own mask says so.
@@ -204,11 +227,14 @@ fn size<R: BufRead + Seek>(directory: &Directory, reader: &mut R) -> Result<[Opt
 
 fn nodata<R: BufRead + Seek>(directory: &Directory, reader: &mut R) -> Result<Option<f64>, TerrainError> {
     match directory.text(reader, tag::GDAL_NODATA, "GDAL_NODATA")? {
-        Some(text) if !text.is_empty() => text.parse().map(Some).map_err(|_| TerrainError::Malformed {
-            what: "GDAL_NODATA",
-            need: "a number".into(),
-            got: format!("{text:?}"),
-        }),
+        Some(text) if !text.is_empty() => match number(&text) {
+            Some(nodata) => Ok(Some(nodata)),
+            None => Err(TerrainError::Malformed {
+                what: "GDAL_NODATA",
+                need: "a number".into(),
+                got: format!("{text:?}"),
+            }),
+        },
         _ => Ok(None),
     }
 }
@@ -219,7 +245,7 @@ struct Metadata(Vec<(String, String)>);
 impl Metadata {
     fn read(text: &str) -> Result<Self, TerrainError> {
         // Other programs put other text there, which is none of ours.
-        if !text.contains("role") {
+        if !["role", "NODATA_VALUES"].iter().any(|noted| text.contains(noted)) {
             return Ok(Self(Vec::new()));
         }
         let document = Document::parse(text).map_err(|error| TerrainError::Malformed {
@@ -230,7 +256,7 @@ impl Metadata {
         let items = document.descendants().filter(|node| node.has_tag_name("Item"));
         let of_band = items.filter(|item| item.attribute("sample").is_none_or(|sample| sample.trim() == "0"));
         let noted = of_band.filter_map(|item| {
-            let role = item.attribute("role")?.trim().to_ascii_lowercase();
+            let role = item.attribute("role").or(item.attribute("name"))?.trim().to_ascii_lowercase();
             Some((role, item.text().unwrap_or_default().trim().to_owned()))
         });
         Ok(Self(noted.collect()))
@@ -239,6 +265,12 @@ impl Metadata {
     fn text(&self, role: &str) -> Option<&str> {
         let noted = self.0.iter().find(|(noted, text)| noted == role && !text.is_empty());
         noted.map(|(_, text)| text.as_str())
+    }
+
+    /// The nodata of the first band, out of `<Item name="NODATA_VALUES">0 0 0</Item>`.
+    fn nodata_values(&self) -> Vec<f64> {
+        let values = self.text("nodata_values").unwrap_or_default();
+        values.split_whitespace().take(1).filter_map(|value| value.parse().ok()).collect()
     }
 
     fn number(&self, role: &'static str, default: f64) -> Result<f64, TerrainError> {

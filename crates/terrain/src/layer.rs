@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use crate::elevation::{resample_ratio, resampled_side};
+use crate::raster::Lies;
 use crate::{Fill, Georeference, RasterFile, TerrainError, Window};
 
 /// The cells of a terrain's source, and which of them became the terrain.
@@ -23,8 +24,17 @@ pub struct SourceCells {
 pub struct Layer {
     /// In index order; NaN for nodata.
     pub values: Vec<f64>,
+    /// What reading it had to decide.
+    pub notes: LayerNotes,
+}
+
+/// What reading a further raster had to decide.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct LayerNotes {
     /// Values that were taken for nodata though the file does not declare them.
     pub fills: Vec<Fill>,
+    /// Its coordinate system and that of the model, where their names differ and it is not known whether they do.
+    pub other_system: Option<[String; 2]>,
 }
 
 /// Reads the raster at `path`.
@@ -33,7 +43,7 @@ pub struct Layer {
 /// was. If the source was resampled, each new cell takes the value of the old cell that its middle lies in.
 ///
 /// # Errors
-/// If the file cannot be read, has another shape or lies elsewhere.
+/// If the file cannot be read, has another shape, lies elsewhere or in another coordinate system.
 pub fn read_layer(path: &Path, source: &SourceCells) -> Result<Layer, TerrainError> {
     let &SourceCells { shape: (width, height), window, ratio, ref georeference } = source;
     let mut raster = RasterFile::open(path)?;
@@ -43,16 +53,26 @@ pub fn read_layer(path: &Path, source: &SourceCells) -> Result<Layer, TerrainErr
             TerrainError::LayerShape { need_width: width, need_height: height, got_width, got_height };
         return Err(shape.of(path));
     }
-    if let Some(need) = georeference
-        && let Some(got) = raster.lies_elsewhere(need).map_err(|error| error.of(path))?
-    {
+    let mut other_system = None;
+    if let Some(need) = georeference {
         let at = |of: &Georeference| {
             format!("cells of {} m from ({}, {}) m", of.cell_size_m, of.west_m, of.south_m)
         };
-        return Err(TerrainError::LayerPosition { need: at(need), got: at(&got) }.of(path));
+        let system = |of: &Georeference| of.coordinate_system.clone();
+        match raster.lies(need).map_err(|error| error.of(path))? {
+            Lies::There => {}
+            Lies::Elsewhere(got) => {
+                return Err(TerrainError::LayerPosition { need: at(need), got: at(&got) }.of(path));
+            }
+            Lies::InOtherSystem(got) => {
+                return Err(TerrainError::LayerSystem { need: system(need), got: system(&got) }.of(path));
+            }
+            Lies::MaybeInOtherSystem(got) => other_system = Some([system(&got), system(need)]),
+        }
     }
     let (values, fills) = raster.layer(window).map_err(|error| error.of(path))?;
-    let Some(ratio) = ratio else { return Ok(Layer { values, fills }) };
+    let notes = LayerNotes { fills, other_system };
+    let Some(ratio) = ratio else { return Ok(Layer { values, notes }) };
     let ratio = resample_ratio(1.0, ratio)?;
     let (columns, rows) = (resampled_side(window.width, ratio)?, resampled_side(window.height, ratio)?);
     let nearest = |cell: u32, side: u32| (((f64::from(cell) + 0.5) * ratio) as u32).min(side - 1) as usize;
@@ -60,5 +80,5 @@ pub fn read_layer(path: &Path, source: &SourceCells) -> Result<Layer, TerrainErr
         values[nearest(y, window.height) * window.width as usize + nearest(x, window.width)]
     };
     let values = (0..rows).flat_map(|y| (0..columns).map(move |x| (x, y))).map(value).collect();
-    Ok(Layer { values, fills })
+    Ok(Layer { values, notes })
 }

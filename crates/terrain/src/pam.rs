@@ -4,6 +4,7 @@ use std::path::Path;
 
 use roxmltree::{Document, Node};
 
+use crate::number::number;
 use crate::{TerrainError, sidecar};
 
 /// What the file says of the first band, and of where the raster lies. It stands above what the raster itself says.
@@ -37,7 +38,15 @@ impl Auxiliary {
         };
         let document = Document::parse(text).map_err(|error| malformed("XML", error.to_string()))?;
         let root = document.root_element();
-        let mut auxiliary = Self { system: child(root, "SRS"), ..Self::default() };
+        if !is_called(root, "PAMDataset") {
+            return Err(malformed("PAMDataset as its root", format!("{:?}", root.tag_name().name())));
+        }
+        // ArcGIS writes a text of its own.
+        let of_esri = || {
+            let place = root.descendants().find(|node| is_called(*node, "SpatialReference"))?;
+            child(place, "WKT")
+        };
+        let mut auxiliary = Self { system: child(root, "SRS").or_else(of_esri), ..Self::default() };
         if let Some(text) = child(root, "GeoTransform") {
             let numbers: Vec<f64> = text.split(',').filter_map(|number| number.trim().parse().ok()).collect();
             let transform = numbers
@@ -46,13 +55,14 @@ impl Auxiliary {
             auxiliary.transform = Some(transform);
         }
         let is_first = |band: &Node| band.attribute("band").is_none_or(|number| number.trim() == "1");
-        let mut bands = root.children().filter(|node| node.has_tag_name("PAMRasterBand"));
-        let Some(band) = bands.find(is_first) else { return Ok(auxiliary) };
-        let number = |name: &'static str| match child(band, name) {
+        let bands = || root.children().filter(|node| is_called(*node, "PAMRasterBand")).filter(is_first);
+        // A band may have several parts.
+        let of_band = |name: &str| bands().find_map(|band| child(band, name));
+        let number = |name: &'static str| match of_band(name) {
             None => Ok(None),
-            Some(text) => match text.parse::<f64>() {
-                Ok(number) => Ok(Some(number)),
-                Err(_) => Err(malformed("a number", format!("{name} {text:?}"))),
+            Some(text) => match number(&text) {
+                Some(number) => Ok(Some(number)),
+                None => Err(malformed("a number", format!("{name} {text:?}"))),
             },
         };
         auxiliary.nodata = number("NoDataValue")?;
@@ -66,15 +76,20 @@ impl Auxiliary {
                 return Err(malformed("a finite scale other than 0 and a finite offset", name.into()));
             }
         }
-        auxiliary.unit = child(band, "UnitType");
+        auxiliary.unit = of_band("UnitType");
         Ok(auxiliary)
     }
 }
 
 /// The text of a child, without the space around it; `None` if it is empty.
 fn child(node: Node, name: &str) -> Option<String> {
-    let text = node.children().find(|child| child.has_tag_name(name))?.text()?.trim();
+    let text = node.children().find(|child| is_called(*child, name))?.text()?.trim();
     if text.is_empty() { None } else { Some(text.into()) }
+}
+
+/// Whether it is an element of this name, whatever the case of its letters.
+fn is_called(node: Node, name: &str) -> bool {
+    node.tag_name().name().eq_ignore_ascii_case(name)
 }
 
 #[cfg(test)]
@@ -96,6 +111,13 @@ mod tests {
             transform: Some([5e5, 1.0, 0.0, 4e6, 0.0, -1.0]),
         };
         assert_eq!(Auxiliary::read(text).unwrap(), expected);
+        let parts = "<pamdataset><pamrasterband band=\"1\"/><PAMRasterBand band=\"1\"><scale>2</scale>\
+                     <NODATAVALUE>-1.#QNAN</NODATAVALUE></PAMRasterBand></pamdataset>";
+        let parts = Auxiliary::read(parts).unwrap();
+        let esri = "<PAMDataset><Metadata><GeodataXform><SpatialReference><WKT>EPSG:2263</WKT></SpatialReference>\
+                    </GeodataXform></Metadata></PAMDataset>";
+        assert_eq!(Auxiliary::read(esri).unwrap().system.as_deref(), Some("EPSG:2263"));
+        assert!(parts.scale == Some(2.0) && parts.nodata.is_some_and(f64::is_nan));
         assert_eq!(Auxiliary::read("<PAMDataset/>").unwrap(), Auxiliary::default());
     }
 
@@ -103,6 +125,7 @@ mod tests {
     fn what_is_no_auxiliary_file_is_refused() {
         for (text, says) in [
             ("hello", "need XML"),
+            ("<html><body/></html>", "PAMDataset as its root"),
             ("<PAMDataset><GeoTransform>1, 2</GeoTransform></PAMDataset>", "6 numbers"),
             ("<PAMDataset><PAMRasterBand><Scale>two</Scale></PAMRasterBand></PAMDataset>", "Scale \"two\""),
             ("<PAMDataset><PAMRasterBand><Scale>0</Scale></PAMRasterBand></PAMDataset>", "other than 0"),

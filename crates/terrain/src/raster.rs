@@ -1,5 +1,7 @@
 //! Opens raster files, elevation models and layers, of either format.
 
+mod located;
+
 use std::fs::File;
 use std::io::{BufRead, BufReader, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
@@ -7,27 +9,18 @@ use std::path::{Path, PathBuf};
 use contract::limits::LENGTH_MAX_M;
 
 use crate::ascii_grid::AsciiGrid;
-use crate::crs::{CoordinateSystem, Heights, Kind};
-use crate::fill::{self, Values};
-use crate::geo_keys::agreed;
+use crate::crs::CoordinateSystem;
+use crate::fill::{self, Kind, Test};
 use crate::geotiff::{self, GeoTiff};
 use crate::pam::Auxiliary;
-use crate::raster_header::{ELEVATION_CELLS_MAX, PixelIs, Placement, RasterHeader};
+use crate::radii::{self, Beyond, RADIUS_MAX_M, Scaling};
+use crate::raster_header::{ELEVATION_CELLS_MAX, RasterHeader};
 use crate::tiff_image::Image;
 use crate::unit::LengthUnit;
-use crate::{Elevation, Fill, Georeference, Remark, TerrainError, Window, sidecar};
+use crate::{Elevation, Fill, Georeference, Remark, TerrainError, Window, interpolated, pds_label, sidecar};
 
-/// What programs write for the unit of a band that has none.
-const NO_UNIT: [&str; 5] = ["unspecified", "unknown", "undefined", "none", "n/a"];
-
-/// Sides of a cell that differ by less than this, relative to each other, are equal but for rounding.
-const SQUARE_WITHIN: f64 = 1e-4;
-
-/// Larger values than this are no distances from the centre of a body, metres.
-const RADIUS_MAX_M: f64 = 1e9;
-
-/// Share of the known cells from which on values beyond all heights are such distances, and not nodata.
-const RADII_SHARE_MIN: f64 = 0.05;
+pub(crate) use located::Lies;
+use located::Located;
 
 /// An open raster file: the header is read, the cells are not.
 pub struct RasterFile<R> {
@@ -35,11 +28,17 @@ pub struct RasterFile<R> {
     header: RasterHeader,
     /// What the file itself declares, where a file beside it declares another value.
     own_nodata: Option<f64>,
+    /// What its metadata declare besides.
+    further_nodata: Vec<f64>,
     auxiliary: Auxiliary,
-    /// The `.prj` file beside it, and its text.
-    projection: Option<(PathBuf, String)>,
-    /// The `.msk` file beside it.
-    mask: Option<(PathBuf, Image, BufReader<File>)>,
+    /// The `.prj` files beside it, and their texts.
+    projections: Vec<(PathBuf, String)>,
+    /// The `.msk` files beside it.
+    masks: Vec<(PathBuf, Image, BufReader<File>)>,
+    /// Whether a world file beside it says where it lies.
+    has_world_file: bool,
+    /// The unit of heights in the label of the file that it was converted from.
+    label_unit: Option<String>,
     /// Values that are settled to be nodata; `None` for the test of suspicion.
     settled: Option<Vec<f64>>,
 }
@@ -60,38 +59,59 @@ pub struct Survey {
     pub remarks: Vec<Remark>,
 }
 
-/// Where a raster lies, in metres, and the system that says so.
-struct Located {
-    georeference: Georeference,
-    system: Option<CoordinateSystem>,
-    remarks: Vec<Remark>,
-}
-
 impl RasterFile<BufReader<File>> {
-    /// Opens the file at `path`, with the `.prj`, `.aux.xml` and `.msk` files beside it if it has them.
+    /// Opens the file at `path`, with the `.prj`, `.aux.xml` and `.msk` files beside it if it has them. Where it was converted
+    /// from another file, those of that count as well: a converter may not know them.
     ///
     /// # Errors
     /// [`TerrainError::File`] with what is wrong.
     pub fn open(path: &Path) -> Result<Self, TerrainError> {
         let mut raster =
             regular(path).and_then(|file| Self::new(BufReader::new(file))).map_err(|error| error.of(path))?;
+        raster.add(Auxiliary::beside(path)?);
+        raster.add_beside(path)?;
+        raster.has_world_file =
+            ["tfw", "tifw", "wld"].iter().any(|extension| sidecar::with_extension(path, extension).is_some());
+        if let Some(source) = sidecar::converted_from(path) {
+            raster.add_beside(&source)?;
+            raster.label_unit = pds_label::unit(&source).map_err(|error| error.of(&source))?;
+        }
+        Ok(raster)
+    }
+
+    /// Adds the coordinate system and the mask beside the file at `path`.
+    fn add_beside(&mut self, path: &Path) -> Result<(), TerrainError> {
         if let Some(file) = sidecar::with_extension(path, "prj") {
             let text = sidecar::text(&file).map_err(|error| error.of(&file))?;
-            raster.projection = Some((file, text));
+            self.projections.push((file, text));
         }
-        raster.add(Auxiliary::beside(path)?);
         if let Some(file) = sidecar::appended(path, ".msk") {
-            let opened = regular(&file).and_then(|mask| GeoTiff::open_mask(BufReader::new(mask)));
+            let opened = regular(&file).and_then(|mask| {
+                let mut mask = BufReader::new(mask);
+                let start = mask.fill_buf()?;
+                if !GeoTiff::<BufReader<File>>::begins(start) {
+                    return Err(TerrainError::Unsupported {
+                        what: "mask beside the raster",
+                        need: "a TIFF, as GDAL writes it",
+                        got: format!(
+                            "a file that begins with {}",
+                            start[..start.len().min(16)].escape_ascii()
+                        ),
+                        remedy: "convert it with gdal_translate -of GTiff, or remove it",
+                    });
+                }
+                GeoTiff::open_mask(mask)
+            });
             let (mask, reader) = opened.map_err(|error| error.of(&file))?;
-            let (need_width, need_height) = (raster.header.width, raster.header.height);
+            let (need_width, need_height) = (self.header.width, self.header.height);
             if (mask.width, mask.height) != (need_width, need_height) {
                 let (got_width, got_height) = (mask.width, mask.height);
                 let shape = TerrainError::LayerShape { need_width, need_height, got_width, got_height };
                 return Err(shape.of(&file));
             }
-            raster.mask = Some((file, mask, reader));
+            self.masks.push((file, mask, reader));
         }
-        Ok(raster)
+        Ok(())
     }
 }
 
@@ -101,7 +121,7 @@ impl<R: BufRead + Seek> RasterFile<R> {
     /// # Errors
     /// If it is neither format, or its header is cut short, malformed or of an unsupported kind.
     pub fn new(mut reader: R) -> Result<Self, TerrainError> {
-        let mut start = [0; 16];
+        let mut start = [0; 512];
         let mut length = 0;
         while length < start.len() {
             match reader.read(&mut start[length..])? {
@@ -125,19 +145,28 @@ impl<R: BufRead + Seek> RasterFile<R> {
         } else if start.is_empty() {
             return Err(TerrainError::Truncated { need: "a GeoTIFF or an ESRI ASCII grid".into() });
         } else {
-            return Err(TerrainError::Format { got: start.escape_ascii().to_string() });
+            return Err(TerrainError::Format {
+                got: start[..start.len().min(16)].escape_ascii().to_string(),
+            });
         };
         let header = match &source {
             Source::GeoTiff(file) => file.header.clone(),
             Source::AsciiGrid(file) => file.header.clone(),
         };
+        let further_nodata = match &source {
+            Source::GeoTiff(file) => file.further_nodata.clone(),
+            Source::AsciiGrid(_) => Vec::new(),
+        };
         Ok(Self {
             source,
             header,
             own_nodata: None,
+            further_nodata,
             auxiliary: Auxiliary::default(),
-            projection: None,
-            mask: None,
+            projections: Vec::new(),
+            masks: Vec::new(),
+            has_world_file: false,
+            label_unit: None,
             settled: None,
         })
     }
@@ -172,140 +201,6 @@ impl<R: BufRead + Seek> RasterFile<R> {
         Ok(self.located()?.georeference)
     }
 
-    fn placement(&self) -> Result<Placement, TerrainError> {
-        match (self.auxiliary.transform, &self.source) {
-            (Some(transform), _) => Placement::of_transform(transform, 0.5, PixelIs::Area),
-            (None, Source::GeoTiff(file)) => file.placement(),
-            (None, Source::AsciiGrid(file)) => Ok(file.placement()),
-        }
-    }
-
-    /// The coordinate system: that of the auxiliary file, of the file itself, or of its `.prj` file.
-    fn system(&self) -> Result<Option<CoordinateSystem>, TerrainError> {
-        if let Some(text) = &self.auxiliary.system {
-            return described(text, "its .aux.xml file");
-        }
-        let own = match &self.source {
-            Source::GeoTiff(file) => file.keys.coordinate_system()?,
-            Source::AsciiGrid(_) => None,
-        };
-        match (own, &self.projection) {
-            (None, Some((file, text))) => described(text, "its .prj file").map_err(|error| error.of(file)),
-            (own, _) => Ok(own),
-        }
-    }
-
-    fn located(&self) -> Result<Located, TerrainError> {
-        let RasterHeader { width, height, .. } = self.header;
-        let placement = self.placement()?;
-        let looks_like_degrees = placement.looks_like_degrees(width, height);
-        let system = match self.system() {
-            // A text that is not understood says nothing against what the numbers look like.
-            Err(_) if looks_like_degrees => None,
-            system => system?,
-        };
-        let kind = system.as_ref().and_then(|system| system.kind);
-        let middle = placement.middle(width, height);
-        let degrees = |got: String, radius_m| {
-            Err(TerrainError::Degrees { got, radius_m, centre_deg: None }.around(middle))
-        };
-        let Placement { x_size, y_size, west, north, pixel_is } = placement;
-        match (kind, &system) {
-            (Some(Kind::Degrees { radius_m }), Some(system)) => {
-                return degrees(system.name.clone(), radius_m);
-            }
-            (Some(Kind::Geocentric), _) => {
-                return Err(TerrainError::Unsupported {
-                    what: "coordinate system",
-                    need: "a projected one in metres",
-                    got: "a geocentric one".into(),
-                    remedy: "reproject it with gdalwarp -t_srs",
-                });
-            }
-            (None, _) if looks_like_degrees => {
-                let got = format!(
-                    "cells of {x_size} around ({west}, {north}) and no coordinate system named; for metres, put \
-                     LOCAL_CS[\"site\",UNIT[\"metre\",1]] into a .prj file beside it"
-                );
-                return degrees(got, None);
-            }
-            _ => {}
-        }
-        let mut remarks = Vec::new();
-        let unit = system.as_ref().and_then(|system| system.unit.clone());
-        if let (Some(Kind::Plane), None, Some(system)) = (kind, &unit, &system) {
-            remarks.push(Remark::NoUnit(system.name.clone()));
-        }
-        let unit = unit.unwrap_or_else(LengthUnit::metre);
-        if !unit.is_metre() {
-            remarks.push(Remark::CoordinatesConverted(unit.to_string()));
-        }
-        let [x_size, y_size, west, north] = [x_size, y_size, west, north].map(|length| length * unit.metres);
-        for (what, got) in [("cell size", x_size), ("cell size", y_size)] {
-            if !(got.is_finite() && got > 0.0 && got <= LENGTH_MAX_M) {
-                return Err(TerrainError::Value { what, need: "a length above 0 m, at most 1e6 m", got });
-            }
-        }
-        for (what, got) in [("easting", west), ("northing", north)] {
-            if !got.is_finite() {
-                return Err(TerrainError::Value { what, need: "a finite number", got });
-            }
-        }
-        if (x_size - y_size).abs() > SQUARE_WITHIN * x_size {
-            return Err(TerrainError::NotSquare { x_m: x_size, y_m: y_size });
-        }
-        let name = system.as_ref().filter(|system| system.kind.is_some()).map(|system| system.name.clone());
-        let georeference = Georeference {
-            cell_size_m: x_size,
-            west_m: west,
-            south_m: north - f64::from(height - 1) * y_size,
-            pixel_is,
-            coordinate_system: name.unwrap_or_else(|| "none named, taken for metres".into()),
-        };
-        Ok(Located { georeference, system, remarks })
-    }
-
-    /// The unit of heights, which the band, the coordinate system, or both state.
-    fn height_unit(&self, system: Option<&CoordinateSystem>) -> Result<LengthUnit, TerrainError> {
-        let own = match &self.source {
-            Source::GeoTiff(file) => file.unit.as_deref(),
-            Source::AsciiGrid(_) => None,
-        };
-        let what = "unit of heights";
-        let stated = self.auxiliary.unit.as_deref().or(own);
-        let of_band = match stated.filter(|name| !NO_UNIT.contains(&name.to_ascii_lowercase().as_str())) {
-            None => None,
-            Some(name) => Some(LengthUnit::of_name(name).ok_or_else(|| TerrainError::Unsupported {
-                what,
-                need: "a unit of length",
-                got: format!("{name:?}"),
-                remedy: "name the right one with gdal_edit.py -units metre FILE",
-            })?),
-        };
-        let heights = system.map_or_else(Heights::default, |system| system.heights.clone());
-        if heights.downwards {
-            return Err(TerrainError::Unsupported {
-                what: "heights",
-                need: "heights, positive upwards",
-                got: "depths, positive downwards".into(),
-                remedy: "turn them over: gdal_calc.py -A IN.tif --calc=-A --outfile OUT.tif",
-            });
-        }
-        if let Some(unit) = agreed(what, [of_band, heights.unit])? {
-            return Ok(unit);
-        }
-        let plane = system.and_then(|system| system.unit.clone()).unwrap_or_else(LengthUnit::metre);
-        if !plane.is_same_as(&LengthUnit::metre()) {
-            return Err(TerrainError::Unsupported {
-                what,
-                need: "the unit of heights beside coordinates that are not in metres",
-                got: format!("coordinates in the {plane} and nothing said of heights"),
-                remedy: "state it with gdal_edit.py -units metre FILE, or -units ft, and so on",
-            });
-        }
-        Ok(LengthUnit::metre())
-    }
-
     /// The heights within `window`, in metres.
     ///
     /// # Errors
@@ -321,7 +216,13 @@ impl<R: BufRead + Seek> RasterFile<R> {
     /// As [`RasterFile::elevation`].
     pub fn survey(mut self, window: Window) -> Result<Survey, TerrainError> {
         let Located { georeference, system, mut remarks } = self.located()?;
-        let unit = self.height_unit(system.as_ref())?;
+        let stated = self.height_unit(system.as_ref())?;
+        if let Some(name) = system.as_ref().and_then(|system| system.heights.maybe_feet.clone())
+            && stated.is_none()
+        {
+            remarks.push(Remark::MaybeFeet(name));
+        }
+        let unit = stated.unwrap_or_else(LengthUnit::metre);
         if !unit.is_metre() {
             remarks.push(Remark::HeightsConverted(unit.to_string()));
         }
@@ -330,32 +231,83 @@ impl<R: BufRead + Seek> RasterFile<R> {
         {
             remarks.push(Remark::ByteOrderMark);
         }
-        let mut values = self.stored(window)?;
-        let RasterHeader { scale, offset, .. } = self.header;
-        let height_m = |stored: f64| (stored * scale + offset) * unit.metres;
-        let beyond =
-            values.iter().map(|stored| height_m(*stored)).filter(|height| height.abs() > LENGTH_MAX_M);
-        refuse_radii(beyond.filter(|height| height.abs() < RADIUS_MAX_M), &values)?;
-        for value in &mut values {
-            let is_height = height_m(*value).abs() <= LENGTH_MAX_M;
-            if !is_height {
-                *value = f64::NAN;
-            }
-        }
-        if self.settled.is_none() {
-            let kind = if self.header.sample == "uint8" { Values::ByteHeights } else { Values::Heights };
-            remarks.extend(fill::remove(&mut values, kind).into_iter().map(Remark::SuspectedNodata));
-        }
-        if values.iter().all(|value| value.is_nan()) {
-            return Err(TerrainError::NoHeights { cells: window.cells() });
-        }
+        let values = self.heights_in(window, &georeference, system.as_ref(), &unit, &mut remarks)?;
         let elevation = Elevation {
             width: window.width,
             height: window.height,
             cell_size_m: georeference.cell_size_m,
-            heights_m: values.into_iter().map(height_m).collect(),
+            heights_m: values,
         };
         Ok(Survey { elevation, georeference, remarks })
+    }
+
+    /// The heights within `window`, metres; NaN for what has none.
+    fn heights_in(
+        &mut self,
+        window: Window,
+        georeference: &Georeference,
+        system: Option<&CoordinateSystem>,
+        unit: &LengthUnit,
+        remarks: &mut Vec<Remark>,
+    ) -> Result<Vec<f64>, TerrainError> {
+        let RasterHeader { scale, offset, .. } = self.header;
+        let height_m = |stored: f64| (stored * scale + offset) * unit.metres;
+        let mut values = self.cells(window)?;
+        let mut sample = self.sample(window);
+        let was_number: Vec<bool> = values.iter().map(|value| value.is_finite()).collect();
+        let mut nodata = self.declared();
+        let is_settled = match self.settled.take() {
+            None => false,
+            Some(settled) => {
+                let (found, missing) = self.found(&settled, [&values, &sample]);
+                remarks.extend(missing.iter().map(|value| Remark::NoCellHolds(*value)));
+                nodata.extend(found);
+                missing.is_empty()
+            }
+        };
+        for part in [&mut values, &mut sample] {
+            self.clear(part, &nodata);
+        }
+        // What no body has room for would stretch the range of everything else.
+        let mut beyond = Beyond::default();
+        let is_nowhere = |stored: &&mut f64| height_m(**stored).abs() >= RADIUS_MAX_M;
+        values.iter_mut().filter(is_nowhere).for_each(|stored| {
+            beyond.count(height_m(*stored));
+            *stored = f64::NAN;
+        });
+        sample.iter_mut().filter(is_nowhere).for_each(|stored| *stored = f64::NAN);
+        if !is_settled {
+            let kind = if self.header.sample == "uint8" { Kind::ByteHeights } else { Kind::Heights };
+            let test = Test { kind, unit_m: (scale * unit.metres).abs(), limits: limits(self.header.sample) };
+            let fills = fill::remove(&mut values, &sample, test);
+            nodata.extend(fills.iter().map(|fill| fill.value));
+            let values = fills.iter().map(Fill::in_words).collect::<Vec<_>>().join(",");
+            remarks.extend(
+                fills.into_iter().map(|fill| Remark::SuspectedNodata { fill, values: values.clone() }),
+            );
+        }
+        let cells = interpolated::remove(&mut values, window.width as usize, &was_number, &nodata);
+        if cells > 0 {
+            remarks.push(Remark::InterpolatedNodata { cells });
+        }
+        let mut heights_m: Vec<f64> = values.into_iter().map(height_m).collect();
+        let scaling = Scaling {
+            offset,
+            unit_m: unit.metres,
+            is_plain: (scale, offset, unit.metres) == (1.0, 0.0, 1.0),
+        };
+        radii::refuse(&heights_m, system.and_then(|system| system.radius_m), georeference, window, &scaling)?;
+        remarks.extend(beyond.remove(&mut heights_m));
+        remarks.extend(radii::remark(&heights_m));
+        if heights_m.iter().all(|height| height.is_nan()) {
+            let why: String = remarks
+                .iter()
+                .filter(|remark| remark.is_of_nodata())
+                .map(|remark| format!("; {remark}"))
+                .collect();
+            return Err(TerrainError::NoHeights { cells: window.cells(), why });
+        }
+        Ok(heights_m)
     }
 
     /// The values within `window`, row-major, southernmost row first. NaN stands for nodata, for cells that a mask leaves out,
@@ -364,15 +316,27 @@ impl<R: BufRead + Seek> RasterFile<R> {
     /// # Errors
     /// If the window is not within the file or too large, or the data cut short or malformed.
     pub fn values(&mut self, window: Window) -> Result<Vec<f64>, TerrainError> {
-        let stored = self.stored(window)?;
-        Ok(self.scaled(stored))
+        let mut values = self.cells(window)?;
+        let nodata: Vec<f64> =
+            self.declared().into_iter().chain(self.settled.iter().flatten().copied()).collect();
+        self.clear(&mut values, &nodata);
+        Ok(self.scaled(values))
     }
 
     /// [`RasterFile::values`] of a layer of codes or shares, without those that look like nodata.
     pub(crate) fn layer(&mut self, window: Window) -> Result<(Vec<f64>, Vec<Fill>), TerrainError> {
-        let mut stored = self.stored(window)?;
-        let fills = fill::remove(&mut stored, Values::Layer);
-        Ok((self.scaled(stored), fills))
+        let RasterHeader { scale, offset, .. } = self.header;
+        let mut values = self.cells(window)?;
+        let mut sample = self.sample(window);
+        let nodata = self.declared();
+        self.clear(&mut values, &nodata);
+        self.clear(&mut sample, &nodata);
+        let test = Test { kind: Kind::Layer, unit_m: 1.0, limits: limits(self.header.sample) };
+        let mut fills = fill::remove_beyond(&mut values, &mut sample, |stored| {
+            (stored * scale + offset).abs() > LENGTH_MAX_M
+        });
+        fills.extend(fill::remove(&mut values, &sample, test));
+        Ok((self.scaled(values), fills))
     }
 
     fn scaled(&self, mut values: Vec<f64>) -> Vec<f64> {
@@ -384,8 +348,8 @@ impl<R: BufRead + Seek> RasterFile<R> {
         values
     }
 
-    /// The values as they are stored; NaN for nodata and for cells that a mask leaves out.
-    fn stored(&mut self, window: Window) -> Result<Vec<f64>, TerrainError> {
+    /// The values as they are stored; NaN for cells that a mask leaves out.
+    fn cells(&mut self, window: Window) -> Result<Vec<f64>, TerrainError> {
         let RasterHeader { width, height, .. } = self.header;
         if !window.is_within(width, height) {
             return Err(TerrainError::Window { window, width, height });
@@ -397,74 +361,80 @@ impl<R: BufRead + Seek> RasterFile<R> {
             Source::GeoTiff(file) => file.values(window)?,
             Source::AsciiGrid(file) => file.values(window)?,
         };
-        if let Some((path, mask, reader)) = &mut self.mask {
+        for (path, mask, reader) in &mut self.masks {
             let counts = mask.values(reader, window).map_err(|error| error.of(path))?;
             geotiff::apply(&mut values, &counts);
-        }
-        let declared = [self.header.nodata, self.own_nodata].into_iter().flatten();
-        let nodata: Vec<f64> = declared.chain(self.settled.iter().flatten().copied()).collect();
-        // Fractions lose digits on the way through float32, and in the text of a header.
-        let has_fractions = ["text", "float32", "float64"].contains(&self.header.sample);
-        let is_nodata = |value: f64| {
-            nodata.iter().any(|nodata| *nodata == value || has_fractions && *nodata as f32 == value as f32)
-        };
-        for value in &mut values {
-            if is_nodata(*value) {
-                *value = f64::NAN;
-            }
         }
         Ok(values)
     }
 
-    /// Where a further raster of the cells at `place` lies, as far as it says so: `None` if it names no position, or lies there.
-    pub(crate) fn lies_elsewhere(&self, place: &Georeference) -> Result<Option<Georeference>, TerrainError> {
-        let far_m = 1e-3 * place.cell_size_m;
-        let side = f64::from(self.header.width.max(self.header.height));
-        let is_near = |cell_m: f64, west_m: f64, south_m: f64| {
-            let differs =
-                [(place.cell_size_m - cell_m) * side, place.west_m - west_m, place.south_m - south_m];
-            differs.iter().all(|by_m| by_m.abs() <= far_m)
-        };
-        let placement = match self.placement() {
-            Err(TerrainError::NoGeoreference) => return Ok(None),
-            placement => placement?,
-        };
-        let south = placement.north - f64::from(self.header.height - 1) * placement.y_size;
-        // The same numbers are the same place where the raster does not say in which system they are.
-        if is_near(placement.x_size, placement.west, south) && matches!(self.system(), Ok(None)) {
-            return Ok(None);
+    /// Values of the whole file, or of parts all over it if it is large; none if `window` is the whole. To be called after
+    /// [`RasterFile::cells`]: a file of text is read only once. A part that cannot be read is left out, as nobody asked for it.
+    fn sample(&mut self, window: Window) -> Vec<f64> {
+        let RasterHeader { width, height, .. } = self.header;
+        if window == Window::all(width, height) {
+            return Vec::new();
         }
-        let got = self.georeference()?;
-        Ok(if is_near(got.cell_size_m, got.west_m, got.south_m) { None } else { Some(got) })
+        let parts = match &mut self.source {
+            Source::GeoTiff(file) => file.parts(),
+            Source::AsciiGrid(file) if self.masks.is_empty() => return std::mem::take(&mut file.sample),
+            Source::AsciiGrid(_) => return Vec::new(),
+        };
+        parts.into_iter().flat_map(|part| self.cells(part).unwrap_or_default()).collect()
+    }
+
+    /// The values that the file, or one beside it, declares as nodata.
+    fn declared(&self) -> Vec<f64> {
+        let declared = [self.header.nodata, self.own_nodata].into_iter().flatten();
+        declared.chain(self.further_nodata.iter().copied()).collect()
+    }
+
+    /// Puts NaN in the place of `nodata`.
+    fn clear(&self, values: &mut [f64], nodata: &[f64]) {
+        let is_nodata = |value: f64| nodata.iter().any(|nodata| self.is_same(*nodata, value));
+        for value in values.iter_mut().filter(|value| is_nodata(**value)) {
+            *value = f64::NAN;
+        }
+    }
+
+    /// Whether both are one value, as the file stores it. Fractions lose digits on the way through float32, and in the text of
+    /// a header.
+    fn is_same(&self, one: f64, other: f64) -> bool {
+        let has_fractions = ["text", "float32", "float64"].contains(&self.header.sample);
+        one == other || has_fractions && one as f32 == other as f32
+    }
+
+    /// The stored values that are meant by `settled`, which name them as they are stored or as they are scaled, and those
+    /// that no cell holds.
+    fn found(&self, settled: &[f64], cells: [&Vec<f64>; 2]) -> (Vec<f64>, Vec<f64>) {
+        let RasterHeader { scale, offset, .. } = self.header;
+        let known = || cells.iter().flat_map(|values| values.iter().copied());
+        let (mut found, mut missing) = (Vec::new(), Vec::new());
+        let declared = self.declared();
+        for &value in settled {
+            let is_stored = |stored: f64| self.is_same(value, stored);
+            let is_scaled = |stored: &f64| (*stored * scale + offset) as f32 == value as f32;
+            if declared.iter().copied().chain(known()).any(is_stored) {
+                found.push(value);
+            } else if let Some(stored) = known().find(is_scaled) {
+                found.push(stored);
+            } else {
+                missing.push(value);
+            }
+        }
+        (found, missing)
     }
 }
 
-/// Refuses heights of which many are as large as the distance from the centre of a body.
-fn refuse_radii(beyond: impl Iterator<Item = f64>, values: &[f64]) -> Result<(), TerrainError> {
-    let (mut cells, mut min_m, mut max_m) = (0_u64, f64::INFINITY, f64::NEG_INFINITY);
-    for height in beyond {
-        (cells, min_m, max_m) = (cells + 1, min_m.min(height), max_m.max(height));
+/// The numbers at the ends of an integer type of 16 bits or more; 0 is none.
+fn limits(sample: &str) -> &'static [f64] {
+    match sample {
+        "int16" => &[-32768.0, 32767.0],
+        "uint16" => &[65535.0],
+        "int32" => &[-2_147_483_648.0, 2_147_483_647.0],
+        "uint32" => &[4_294_967_295.0],
+        _ => &[],
     }
-    let known = values.iter().filter(|value| !value.is_nan()).count() as f64;
-    if cells as f64 <= RADII_SHARE_MIN * known || min_m < 0.0 || min_m == max_m {
-        return Ok(());
-    }
-    Err(TerrainError::Radii { min_m, max_m })
-}
-
-/// The system that `text` describes; errors and degrees name `whose` text it is.
-fn described(text: &str, whose: &str) -> Result<Option<CoordinateSystem>, TerrainError> {
-    let system = CoordinateSystem::of_text(text).map_err(|error| {
-        let got = error.split_once("got ").map_or(String::new(), |(_, got)| got.to_owned());
-        let need = error.split_once(", got ").map_or(error.clone(), |(need, _)| need.to_owned());
-        TerrainError::CoordinateSystem { need, got }
-    })?;
-    Ok(system.map(|mut system| {
-        if matches!(system.kind, Some(Kind::Degrees { .. })) {
-            system.name = format!("{}, says {whose}", system.name);
-        }
-        system
-    }))
 }
 
 /// Opens a regular file only: opening a pipe might block for ever, and a device might never end.

@@ -80,30 +80,47 @@ impl Placement {
         [self.west + half_span(width, self.x_size), self.north - half_span(height, self.y_size)]
     }
 
-    /// Whether a raster of so many cells lies where longitudes and latitudes may: within -180 to 180 or 0 to 360, and -90 to
-    /// 90, all but a cell for those that count to middles. A raster whose corner is (0, 0) lies so too; it is local to a site,
-    /// unless its cells are very small or go around the whole body.
-    pub fn looks_like_degrees(&self, width: u32, height: u32) -> bool {
+    /// Where a raster of so many cells lies, by its numbers alone. Longitudes and latitudes lie within -180 to 180 or 0 to 360, and
+    /// -90 to 90, all but a cell for those that count to middles; beyond, around a meridian, where cells are whole parts of a
+    /// degree. A raster whose corner is (0, 0) lies so too; it is local to a site, unless its cells are whole parts of a degree,
+    /// or it covers quarters of a body.
+    pub fn extent(&self, width: u32, height: u32) -> Extent {
         let Self { x_size, y_size, west, north, .. } = *self;
         if !(x_size > 0.0 && y_size > 0.0) {
-            return false;
+            return Extent::Lengths;
         }
         let [width, height] = [f64::from(width) * x_size, f64::from(height) * y_size];
         let (west, north) = (west - x_size / 2.0, north + y_size / 2.0);
         let (east, south) = (west + width, north - height);
         let is_latitude = south >= -90.0 - y_size && north <= 90.0 + y_size;
         let is_small = x_size < DEGREES_CELL_MAX;
-        let is_longitude = if is_small {
-            west >= -360.0 - x_size && east <= 720.0 && width <= 360.0 + x_size
-        } else {
-            let is_within = |from: f64, to: f64| west >= from - x_size && east <= to + x_size;
-            is_within(-180.0, 180.0) || is_within(0.0, 360.0)
-        };
+        let is_whole = |number: f64| (number - number.round()).abs() <= 1e-6 * number;
+        let is_within = |from: f64, to: f64| west >= from - x_size && east <= to + x_size;
+        let is_longitude = is_within(-180.0, 180.0)
+            || is_within(0.0, 360.0)
+            || width <= 360.0 + x_size
+                && (is_small && is_within(-360.0, 720.0)
+                    || is_whole(1.0 / x_size) && west < 360.0 && is_within(-360.0, 540.0));
+        if !(is_latitude && is_longitude) {
+            return Extent::Lengths;
+        }
         let near = |a: f64, b: f64| (a - b).abs() <= 1e-9 * x_size;
         let at_origin = [0.0, x_size / 2.0].iter().any(|offset| {
             near(west + offset, 0.0) && (near(south + offset, 0.0) || near(north - offset, 0.0))
         });
-        let is_local = at_origin && !is_small && width < 360.0 - x_size;
-        is_latitude && is_longitude && !is_local
+        let is_part_of_degree = is_small || x_size < 1.0 - 1e-6 && is_whole(1.0 / x_size);
+        let is_quarter = is_whole(width / 90.0) && is_whole(height / 90.0) || width >= 360.0 - x_size;
+        if at_origin && !is_part_of_degree && !is_quarter { Extent::LocalOrDegrees } else { Extent::Degrees }
     }
+}
+
+/// What the numbers of a raster's place are, if nothing else says so.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Extent {
+    /// Lengths in a plane.
+    Lengths,
+    /// Longitudes and latitudes.
+    Degrees,
+    /// Either; lengths from the corner of a site are taken for granted.
+    LocalOrDegrees,
 }

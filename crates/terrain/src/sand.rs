@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
-use contract::{Cell, Grid};
+use contract::{Cell, Grid, Range};
 
-use crate::{Fill, SourceCells, TerrainError, read_layer};
+use crate::{LayerNotes, SourceCells, TerrainError, read_layer};
 
 /// A rectangle of cells, its edges included.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -40,20 +40,28 @@ impl Sand {
     ///
     /// # Errors
     /// If the file cannot be read, has another shape than `source`, lies elsewhere, or if what is sand may as well be nodata.
-    pub fn read_mask(path: &Path, source: &SourceCells) -> Result<(Vec<bool>, Vec<Fill>), TerrainError> {
+    pub fn read_mask(path: &Path, source: &SourceCells) -> Result<(Vec<bool>, LayerNotes), TerrainError> {
         let layer = read_layer(path, source)?;
         let mask: Vec<bool> = layer.values.iter().map(|value| !value.is_nan() && *value != 0.0).collect();
-        if let Some(fill) = layer.fills.iter().find(|fill| fill.value > 0.0)
+        // What is nodata beside other values of sand may be sand where the file has nothing but it, and 0.
+        let is_alone =
+            |others: Option<Range>| others.is_none_or(|others| others.min >= 0.0 && others.max <= 0.0);
+        if let Some(fill) = layer
+            .notes
+            .fills
+            .iter()
+            .find(|fill| is_alone(fill.others) && (fill.value > 0.0 || fill.others.is_none()))
             && !mask.contains(&true)
         {
+            let zeros = if fill.others.is_some() { " and 0" } else { "" };
             let unclear = TerrainError::Unsupported {
                 what: "sand mask",
                 need: "values of sand that are no usual nodata, such as 1",
-                got: format!("nothing but {} and 0", fill.value),
+                got: format!("nothing but {}{zeros}", fill.in_words()),
                 remedy: "write 1 for sand: gdal_calc.py -A IN.tif --calc='A>0' --outfile OUT.tif",
             };
             return Err(unclear.of(path));
         }
-        Ok((mask, layer.fills))
+        Ok((mask, layer.notes))
     }
 }

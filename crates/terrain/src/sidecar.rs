@@ -22,6 +22,16 @@ pub(crate) fn with_extension(path: &Path, extension: &str) -> Option<PathBuf> {
     if other == path { None } else { found(path, &other) }
 }
 
+/// The name of a GeoTIFF that was converted from another file is the name of that with this behind.
+pub const CONVERTED: &str = ".converted.tif";
+
+/// The file that the one at `path` was converted from, if it is still there.
+pub(crate) fn converted_from(path: &Path) -> Option<PathBuf> {
+    let name = path.file_name()?.to_str()?.strip_suffix(CONVERTED)?;
+    let source = path.with_file_name(name);
+    if !name.is_empty() && source.is_file() { Some(source) } else { None }
+}
+
 fn found(path: &Path, wanted: &Path) -> Option<PathBuf> {
     if wanted.is_file() {
         return Some(wanted.into());

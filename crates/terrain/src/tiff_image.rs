@@ -14,15 +14,23 @@ const PACKING_MAX: u64 = 4096;
 /// Most cells in the strips or tiles unpacked for one window: some seconds of work.
 const UNPACKED_CELLS_MAX: u64 = 1 << 30;
 
+/// Most cells of a file that are read to judge what its values are.
+const SAMPLE_CELLS_MAX: u64 = 1 << 22;
+
+/// Most strips or tiles that these are taken from.
+const SAMPLE_PARTS_MAX: u64 = 256;
+
 /// Bytes by which a packed strip or tile may exceed its unpacked size: the worst case of any compression.
 const PACKED_SLACK: u64 = 1024;
 
 /// GDAL commands that convert unsupported files.
-const AS_DEFLATE: &str =
-    "convert it with gdal_translate -co COMPRESS=DEFLATE IN.tif OUT.tif, as --convert does";
-const AS_FLOAT32: &str = "convert it with gdal_translate -ot Float32 IN.tif OUT.tif, as --convert does";
+const AS_DEFLATE: &str = "convert it with gdal_translate -co COMPRESS=DEFLATE IN.tif OUT.tif, as --convert does for an elevation model";
+const AS_FLOAT32: &str =
+    "convert it with gdal_translate -ot Float32 IN.tif OUT.tif, as --convert does for an elevation model";
 const AS_TILES: &str = "rewrite it in tiles: gdal_translate -co TILED=YES IN.tif OUT.tif";
 const AS_ONE_BAND: &str = "choose the band with the heights: gdal_translate -b 1 IN.tif OUT.tif";
+const AS_GREY: &str = "if its numbers are heights all the same: gdal_translate -colorinterp gray -co \
+                       PHOTOMETRIC=MINISBLACK IN.tif OUT.tif";
 const AS_MASK: &str = "make a mask of the second: gdal_translate -b 1 -mask 2 IN.tif OUT.tif";
 
 mod tag {
@@ -94,14 +102,52 @@ impl Image {
         };
         let chunk_cells = chunk_cells(chunk_width, chunk_height)?;
         let cells = (u64::from(width) * u64::from(height)).max(chunk_cells);
-        if cells.saturating_mul(sample.bits() as u64) / 8 / PACKING_MAX > file_bytes {
+        let is_too_short =
+            |cells: u64| cells.saturating_mul(sample.bits() as u64) / 8 / PACKING_MAX > file_bytes;
+        let chunk = (chunk_width as u32, chunk_height as u32);
+        let layout = Layout { packing, predictor, order: directory.order, tiled, chunk };
+        let image = Self { width, height, sample, layout, directory };
+        // Strips and tiles that are left out take no room.
+        if is_too_short(cells) && image.stored_cells(reader).map_or(true, is_too_short) {
             return Err(TerrainError::Truncated {
                 need: format!("{width} x {height} cells of {}", sample.name()),
             });
         }
-        let chunk = (chunk_width as u32, chunk_height as u32);
-        let layout = Layout { packing, predictor, order: directory.order, tiled, chunk };
-        Ok(Self { width, height, sample, layout, directory })
+        Ok(image)
+    }
+
+    /// Cells of the strips or tiles that the file holds.
+    fn stored_cells<R: BufRead + Seek>(&self, reader: &mut R) -> Result<u64, TerrainError> {
+        let (columns, rows) = self.layout.chunk;
+        let chunks = u64::from(self.width.div_ceil(columns)) * u64::from(self.height.div_ceil(rows));
+        let held = self.places(reader, chunks)?.iter().filter(|place| place.1 > 0).count() as u64;
+        Ok(held * u64::from(columns) * u64::from(rows))
+    }
+
+    /// Windows all over the image: all of it, or some of its strips or tiles, evenly spread, if it is large.
+    pub fn parts(&self) -> Vec<Window> {
+        let Self { width, height, .. } = *self;
+        if u64::from(width) * u64::from(height) <= SAMPLE_CELLS_MAX {
+            return vec![Window::all(width, height)];
+        }
+        let (columns, rows) = self.layout.chunk;
+        let (across, down) = (u64::from(width.div_ceil(columns)), u64::from(height.div_ceil(rows)));
+        let wanted = (SAMPLE_CELLS_MAX / (u64::from(columns) * u64::from(rows))).clamp(1, SAMPLE_PARTS_MAX);
+        let parts = wanted.min(across * down);
+        (0..parts)
+            .map(|part| {
+                // The golden ratio spreads them over the columns, whatever the number of these.
+                let index = (2 * part + 1) * across * down / (2 * parts);
+                let shifted = (part as f64 * 0.618_033_988_749_895).fract();
+                let (chunk_x, chunk_y) = match across {
+                    1 => (0, index),
+                    _ => ((shifted * across as f64) as u64, index / across),
+                };
+                let (left, top) = (chunk_x as u32 * columns, chunk_y as u32 * rows);
+                let (columns, rows) = (columns.min(width - left), rows.min(height - top));
+                Window { x: left, y: height - top - rows, width: columns, height: rows }
+            })
+            .collect()
     }
 
     /// Stored values within `window`, southernmost row first; NaN where the file leaves strips or tiles out, as GDAL does
@@ -262,7 +308,7 @@ impl Encoding {
         }
         if shows == Shows::Cells && self.photometric != 1 {
             let need = "1 (black is zero); other images are pictures, not heights";
-            return unsupported("photometric interpretation", need, self.photometric, AS_ONE_BAND);
+            return unsupported("photometric interpretation", need, self.photometric, AS_GREY);
         }
         let Some(packing) = Packing::of_code(self.compression) else {
             let need = "none, LZW, deflate or PackBits";

@@ -30,6 +30,8 @@ const UNITS: &[(u64, &str, f64, &[&str])] = &[
             "feetus",
             "ussurveyfeet",
             "surveyfoot",
+            "feetussurvey",
+            "footussurvey",
             "surveyfeet",
         ],
     ),
@@ -113,6 +115,30 @@ impl LengthUnit {
         Some(Self { name: (*name).into(), metres: *metres })
     }
 
+    /// The unit of a name in any words around it: `[m]`, `meter (m)`, `feet (US survey)`, `m above sea level`. `None` if there is
+    /// none, or another one.
+    pub fn of_words(text: &str) -> Option<Self> {
+        if let Some(unit) =
+            Self::of_name(text.trim_matches(|c: char| "[](){}<>".contains(c) || c.is_whitespace()))
+        {
+            return Some(unit);
+        }
+        let lower = text.to_lowercase();
+        let before = ["above ", "over ", "a.s.l", "asl", "amsl", "relative to "]
+            .iter()
+            .filter_map(|word| lower.find(word))
+            .min()
+            .unwrap_or(lower.len());
+        let named = lower[..before].trim_end_matches(|c: char| !c.is_alphanumeric() && c != ')');
+        if let Some(unit) = Self::of_name(named) {
+            return Some(unit);
+        }
+        // A name with its abbreviation behind it: both have to be the same unit.
+        let (name, rest) = named.split_once(['(', '['])?;
+        let behind = Self::of_name(rest.trim_matches(|c: char| "])".contains(c) || c.is_whitespace()))?;
+        Self::of_name(name).filter(|unit| unit.is_same_as(&behind))
+    }
+
     /// A unit of `metres` each, called `name`, if that is a length.
     pub fn of_length(name: &str, metres: f64) -> Option<Self> {
         if !(metres.is_finite() && metres > 0.0) {
@@ -172,6 +198,20 @@ mod tests {
             for name in names {
                 assert_eq!(LengthUnit::of_name(name), Some(by_code.clone()), "{name}");
             }
+        }
+        for (words, metres) in [
+            ("[m]", 1.0),
+            ("[ft]", 0.3048),
+            ("meter (m)", 1.0),
+            ("feet (US survey)", 1200.0 / 3937.0),
+            ("m above sea level", 1.0),
+            ("Metres (above geoid)", 1.0),
+            ("ft a.s.l.", 0.3048),
+        ] {
+            assert_eq!(LengthUnit::of_words(words).map(|unit| unit.metres), Some(metres), "{words}");
+        }
+        for words in ["degC", "meter (ft)", "counts (m)", "above sea level", ""] {
+            assert_eq!(LengthUnit::of_words(words), None, "{words}");
         }
         for (code, name) in [(0, ""), (9102, "degree"), (32767, "parsec")] {
             assert_eq!((LengthUnit::of_epsg(code), LengthUnit::of_name(name)), (None, None));

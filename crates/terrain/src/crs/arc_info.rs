@@ -30,7 +30,7 @@ pub(super) fn read(text: &str) -> Result<CoordinateSystem, String> {
     }
     let mut system = CoordinateSystem::new(&name, Some(Kind::Plane));
     system.unit = unit(&units)?;
-    system.heights = Heights { unit: unit(&value("zunits").unwrap_or_default())?, downwards: false };
+    system.heights = Heights { unit: unit(&value("zunits").unwrap_or_default())?, ..Heights::default() };
     Ok(system)
 }
 

@@ -1,6 +1,6 @@
 //! Codes of coordinate systems: those of EPSG, and those of the IAU for other bodies.
 
-use super::{CoordinateSystem, EARTH_RADIUS_M, Heights, Kind, proj_string};
+use super::{CoordinateSystem, EARTH_RADIUS_M, Heights, Identity, Kind, proj_string};
 use crate::unit::LengthUnit;
 
 /// Code of the unit of heights of EPSG's vertical systems whose heights are not in metres, upwards (EPSG 11).
@@ -29,6 +29,7 @@ pub(crate) fn of_code(code: u64) -> Option<CoordinateSystem> {
     let definition = u16::try_from(code).ok().and_then(crs_definitions::from_code)?;
     let mut system = proj_string::read(definition.proj4).ok()?;
     system.name = format!("EPSG:{code}");
+    system.identity = Identity { code: Some(system.name.clone()), title: None };
     if let Some(Kind::Degrees { radius_m }) = &mut system.kind {
         // EPSG has systems of the Earth alone.
         radius_m.get_or_insert(EARTH_RADIUS_M);
@@ -40,12 +41,12 @@ pub(crate) fn of_code(code: u64) -> Option<CoordinateSystem> {
 pub(crate) fn vertical(code: u64) -> Heights {
     let unit =
         HEIGHTS_NOT_IN_METRES.iter().find(|(system, _)| *system == code).map_or(9001, |(_, unit)| *unit);
-    Heights { unit: LengthUnit::of_epsg(unit), downwards: DEPTHS.contains(&code) }
+    Heights { unit: LengthUnit::of_epsg(unit), downwards: DEPTHS.contains(&code), ..Heights::default() }
 }
 
 /// The system that a text names by nothing but a code, if it does.
 pub(super) fn of_text(text: &str) -> Option<Result<CoordinateSystem, String>> {
-    let plain = text.trim_end_matches('/').to_ascii_lowercase();
+    let plain = one_code(text);
     let (authority, codes) = match plain.rsplit_once([':', '/']) {
         Some((before, codes)) => (before.to_owned(), codes.to_owned()),
         None => ("epsg".to_owned(), plain),
@@ -62,6 +63,18 @@ pub(super) fn of_text(text: &str) -> Option<Result<CoordinateSystem, String>> {
         return Some(Err(format!("a code of EPSG or IAU, got {}", super::beginning(text))));
     }
     Some(of_epsg(&codes))
+}
+
+/// A code without what people write around it: `EPSG 32633`, `EPSG:32633+EPSG:6360`,
+/// `urn:ogc:def:crs,crs:EPSG::32633,crs:EPSG::6360`.
+fn one_code(text: &str) -> String {
+    let lower = text.trim_end_matches('/').to_ascii_lowercase();
+    let spaced = match lower.strip_prefix("epsg") {
+        Some(rest) if rest.starts_with(char::is_whitespace) => format!("epsg:{}", rest.trim_start()),
+        _ => lower,
+    };
+    let plain: String = spaced.split_whitespace().collect();
+    plain.replace(",crs:epsg::", "+").replacen("crs+", "crs:epsg::", 1).replace("+epsg:", "+")
 }
 
 /// A code, or a horizontal and a vertical one: `32633+5703`.
@@ -91,6 +104,7 @@ fn of_iau(code: &str, text: &str) -> Result<CoordinateSystem, String> {
             let kind = if number % 100 < 10 { Kind::Degrees { radius_m: None } } else { Kind::Plane };
             let mut system = CoordinateSystem::new(text, Some(kind));
             system.unit = Some(LengthUnit::metre());
+            system.identity.code = Some(format!("IAU:{number}"));
             Ok(system)
         }
         _ => Err(format!("a code of IAU, got {}", super::beginning(text))),

@@ -33,6 +33,40 @@ pub(crate) struct CoordinateSystem {
     /// Unit of eastings and northings, where it is stated.
     pub unit: Option<LengthUnit>,
     pub heights: Heights,
+    /// Equatorial radius of the body, metres, where it is stated.
+    pub radius_m: Option<f64>,
+    pub identity: Identity,
+}
+
+/// What tells a coordinate system from others.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Identity {
+    /// Authority and code, in capitals.
+    pub code: Option<String>,
+    pub title: Option<String>,
+}
+
+impl Identity {
+    /// Whether both are one system: by their codes, or by their names; `None` where that cannot be said.
+    pub fn is_of(&self, other: &Self) -> Option<bool> {
+        if let (Some(code), Some(other)) = (&self.code, &other.code) {
+            return Some(code == other);
+        }
+        if [self, other].iter().any(|system| system.code.is_none() && system.title.is_none()) {
+            // One of them is not named at all: the numbers are all there is.
+            return Some(true);
+        }
+        match (&self.title, &other.title) {
+            (Some(title), Some(other)) if plain(title) == plain(other) => Some(true),
+            _ => None,
+        }
+    }
+}
+
+/// A name without what dialects write in different ways: `WGS_1984_UTM_Zone_33N` is `WGS 84 / UTM zone 33N`.
+fn plain(title: &str) -> String {
+    let letters: String = title.chars().filter(char::is_ascii_alphanumeric).collect();
+    letters.to_ascii_lowercase().replace("19", "")
 }
 
 /// What the coordinates of cells are.
@@ -56,14 +90,30 @@ pub(crate) struct Heights {
     pub unit: Option<LengthUnit>,
     /// Whether they are depths, positive downwards.
     pub downwards: bool,
+    /// A name of theirs in which a foot is mentioned, where nothing states their unit.
+    pub maybe_feet: Option<String>,
+}
+
+impl Heights {
+    /// What the mere name of a vertical system says: `NAVD88 height (ftUS)`.
+    pub fn cited(name: &str, downwards: bool) -> Self {
+        let lower = name.to_ascii_lowercase();
+        let in_brackets = name.split(['(', '[']).skip(1).filter_map(|part| part.split([')', ']']).next());
+        let unit = in_brackets.filter_map(LengthUnit::of_name).last();
+        let words = lower.split(|c: char| !c.is_ascii_alphanumeric());
+        let is_foot = |word: &str| ["ft", "foot", "feet", "ftus", "usft"].contains(&word);
+        let maybe_feet = if unit.is_none() && words.clone().any(is_foot) { Some(name.into()) } else { None };
+        Self { unit, downwards: downwards || words.clone().any(|word| word == "depth"), maybe_feet }
+    }
 }
 
 impl CoordinateSystem {
     fn new(name: &str, kind: Option<Kind>) -> Self {
         let name = name.trim();
         let name = if name.is_empty() { "unnamed" } else { name };
-        let name = name.chars().take(NAME_CHARACTERS_MAX).collect();
-        Self { name, kind, unit: None, heights: Heights::default() }
+        let name: String = name.chars().take(NAME_CHARACTERS_MAX).collect();
+        let identity = Identity { code: None, title: Some(name.clone()) };
+        Self { name, kind, unit: None, heights: Heights::default(), radius_m: None, identity }
     }
 
     /// What `text` describes: well-known text of either edition, PROJJSON, a PROJ string, a code of EPSG or IAU, or the keywords

@@ -46,7 +46,11 @@ pub(super) fn read(text: &str) -> Result<CoordinateSystem, String> {
     // Projected coordinates are in metres where PROJ is told nothing else.
     let unit = unit(&parameters, "units", "to_meter")?;
     system.unit = Some(unit.unwrap_or_else(LengthUnit::metre));
-    system.heights = Heights { unit: vertical(&parameters)?, downwards: is_down(&parameters) };
+    system.heights =
+        Heights { unit: vertical(&parameters)?, downwards: is_down(&parameters), ..Heights::default() };
+    let of_earth = ["datum", "ellps"].iter().any(|key| parameters.contains_key(key));
+    let stated = number("a").or(number("r")).and_then(body_radius);
+    system.radius_m = stated.or(of_earth.then_some(EARTH_RADIUS_M));
     Ok(system)
 }
 

@@ -41,6 +41,7 @@ fn system(value: &Value, depth: u32) -> Result<CoordinateSystem, String> {
                 let part = self::system(component, depth + 1)?;
                 if part.kind.is_some() {
                     (compound.kind, compound.unit) = (part.kind, part.unit);
+                    (compound.radius_m, compound.identity) = (part.radius_m, part.identity);
                 }
                 if part.heights != Heights::default() {
                     compound.heights = part.heights;
@@ -67,14 +68,19 @@ fn plane(name: &str, value: &Value) -> Result<CoordinateSystem, String> {
         },
     }
     if let Some(third) = axes.get(2) {
-        system.heights = Heights { unit: unit(&third["unit"])?, downwards: is_down(third) };
+        system.heights =
+            Heights { unit: unit(&third["unit"])?, downwards: is_down(third), ..Heights::default() };
     }
+    system.radius_m = radius_m(&value["base_crs"]);
+    system.identity.code = id(value).map(|code| format!("EPSG:{code}"));
     Ok(system)
 }
 
 fn heights(value: &Value) -> Result<Heights, String> {
     match (axes(value).first(), id(value)) {
-        (Some(axis), _) => Ok(Heights { unit: unit(&axis["unit"])?, downwards: is_down(axis) }),
+        (Some(axis), _) => {
+            Ok(Heights { unit: unit(&axis["unit"])?, downwards: is_down(axis), ..Heights::default() })
+        }
         (None, Some(code)) => Ok(epsg::vertical(code)),
         (None, None) => Ok(Heights::default()),
     }

@@ -31,13 +31,27 @@ pub(super) fn is_like(text: &str) -> bool {
 
 pub(super) fn read(text: &str) -> Result<CoordinateSystem, String> {
     let mut reader = Reader { rest: text };
-    let mut system = system(&reader.node(0)?, 0)?;
-    // ESRI writes the heights behind the projected system: PROJCS[...],VERTCS[...].
-    while reader.take(',') {
-        let next = reader.node(0)?;
-        if next.is_vertical() {
-            system.heights = heights(&next);
+    let (mut place, mut vertical) = (None, None);
+    // ESRI writes the heights before or behind the projected system: PROJCS[...],VERTCS[...].
+    loop {
+        let node = reader.node(0)?;
+        let target = if node.is_vertical() { &mut vertical } else { &mut place };
+        if target.is_some() {
+            return Err(format!("one coordinate system, got another: {}[...]", node.keyword));
         }
+        *target = Some(node);
+        reader.take(',');
+        reader.skip();
+        if reader.rest.is_empty() {
+            break;
+        }
+    }
+    let mut system = match (&place, &vertical) {
+        (Some(node), _) | (None, Some(node)) => system(node, 0)?,
+        (None, None) => return Err("well-known text, got none".into()),
+    };
+    if let Some(vertical) = vertical {
+        system.heights = heights(&vertical);
     }
     Ok(system)
 }
@@ -86,8 +100,11 @@ fn plane(node: &Node) -> CoordinateSystem {
     let of_code = || node.epsg().and_then(epsg::of_code).and_then(|system| system.unit);
     system.unit = node.unit().or_else(of_code);
     if let Some(third) = node.axes().nth(2) {
-        system.heights = Heights { unit: third.unit().or(node.own_unit()), downwards: third.is_down() };
+        let unit = third.unit().or(node.own_unit());
+        system.heights = Heights { unit, downwards: third.is_down(), ..Heights::default() };
     }
+    system.radius_m = node.radius_m();
+    system.identity.code = node.epsg().map(|code| format!("EPSG:{code}"));
     system
 }
 
@@ -99,6 +116,7 @@ fn compound(node: &Node, depth: u32) -> Result<CoordinateSystem, String> {
         let part = system(part, depth + 1)?;
         if part.kind.is_some() {
             (compound.kind, compound.unit) = (part.kind, part.unit);
+            (compound.radius_m, compound.identity) = (part.radius_m, part.identity);
         }
         if part.heights != Heights::default() {
             compound.heights = part.heights;
@@ -116,7 +134,8 @@ fn heights(node: &Node) -> Heights {
         || direction.and_then(|inner| inner.number(0)).is_some_and(|sign| sign < 0.0);
     let of_code = node.epsg().map(epsg::vertical);
     let unit = node.unit().or_else(|| of_code.as_ref().and_then(|heights| heights.unit.clone()));
-    Heights { unit, downwards: downwards || of_code.is_some_and(|heights| heights.downwards) }
+    let downwards = downwards || of_code.is_some_and(|heights| heights.downwards);
+    Heights { unit, downwards, ..Heights::default() }
 }
 
 impl Node {

@@ -42,6 +42,8 @@ pub struct GeoTiff {
     pub transformation: Option<Vec<f64>>,
     /// (key, value) of short GeoKeys; `None` leaves the directory out.
     pub keys: Option<Vec<(u16, u16)>>,
+    /// A GeoKey of text.
+    pub citation: Option<(u16, &'static str)>,
     /// Tags that replace or join the others: (tag, values as LONG).
     pub extra: Vec<(u16, Vec<u32>)>,
     pub mask: Option<Mask>,
@@ -82,6 +84,7 @@ impl GeoTiff {
             tiepoint: Some(vec![0.0, 0.0, 0.0, 1000.0, 5000.0, 0.0]),
             transformation: None,
             keys: Some(vec![(1024, 1), (1025, 1), (3072, 32633), (3076, 9001)]),
+            citation: None,
             extra: Vec::new(),
             mask: None,
         }
@@ -156,11 +159,14 @@ impl GeoTiff {
             }
         }
         if let Some(keys) = &self.keys {
-            let header = [1, 1, 0, keys.len() as u16];
+            let cited = self.citation.map(|(key, text)| [key, 34737, text.len() as u16, 0]);
+            let header = [1, 1, 0, keys.len() as u16 + u16::from(cited.is_some())];
             let entries = keys.iter().flat_map(|&(key, value)| [key, 0, 1, value]);
-            tags.insert(34735, Value::Short(header.into_iter().chain(entries).collect()));
+            let entries = header.into_iter().chain(entries).chain(cited.into_iter().flatten());
+            tags.insert(34735, Value::Short(entries.collect()));
         }
-        for (tag, text) in [(42112, self.metadata), (42113, self.nodata)] {
+        let citation = self.citation.map(|(_, text)| text);
+        for (tag, text) in [(34737, citation), (42112, self.metadata), (42113, self.nodata)] {
             if let Some(text) = text {
                 tags.insert(tag, Value::Text(text));
             }
@@ -178,6 +184,11 @@ impl GeoTiff {
             mask.write(&mut out, next_at, (self.width, self.height), 4);
         }
         out.bytes
+    }
+
+    /// Bytes of the first strip or tile.
+    pub fn packed_bytes(&self) -> u32 {
+        self.chunks()[0].len() as u32
     }
 
     /// Strips or tiles in file order, packed.
