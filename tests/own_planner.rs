@@ -137,7 +137,7 @@ fn a_program_that_is_no_planner_is_refused_by_name() {
         ("true", "60s", "ended with exit status: 0 before it joined"),
         ("sh -c 'echo no such module; exit 1'", "60s", "ended with exit status: 1 before it joined"),
         ("sleep 600", "2s", "has not joined within 2s"),
-        (&stranger, "8s", "joined and has not commanded within 8s"),
+        (&stranger, "60s", "joined and cannot plan for robot 0 of this mission"),
     ] {
         let mut mission = Mission::new("none");
         let output = run(&mission, command, &["--patience", patience]).output().unwrap();

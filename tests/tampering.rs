@@ -232,7 +232,7 @@ fn whoever_reads_a_journal_with_a_changed_header_says_so_first() {
         (
             |header| header.resolved = header.resolved.replace("amplitude_m = 0.159", "amplitude_m = 0.959"),
             "header: brief.scenario_hash needs",
-            "amplitude_m needs 0.159, got 0.959",
+            "amplitude_m needs 0.15915494309189535, got 0.9591549430918953",
         ),
         (
             |header| header.brief.motion.gravity_mps2 = 9.81,

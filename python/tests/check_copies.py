@@ -199,7 +199,7 @@ def rovers(seed=0, width=12, count=2):
 def model(rise=0.3):
     x, y = np.meshgrid(np.arange(30), np.arange(20))
     rows = 2 + rise * np.sin(x / 3.0)
-    header = "ncols 30\nnrows 20\nxllcorner 0\nyllcorner 0\ncellsize 1\nNODATA_value -9999\n"
+    header = "ncols 30\nnrows 20\nxllcorner 500000\nyllcorner 4000000\ncellsize 1\nNODATA_value -9999\n"
     return header + "\n".join(" ".join(f"{height:.4f}" for height in row) for row in rows)
 
 

@@ -20,8 +20,10 @@ pub fn nearest<'a>(got: &str, known: impl IntoIterator<Item = &'a str>) -> Vec<&
     };
     let is_exact = known.iter().any(|name| folded(name) == got);
     if !is_exact && got.chars().count() >= PART_LETTERS {
-        let parts: Vec<&str> = known.iter().filter(is_part).copied().collect();
-        if !parts.is_empty() {
+        let mut parts: Vec<&str> = known.iter().filter(is_part).copied().collect();
+        let edits = |name: &&str| strsim::osa_distance(&got, &folded(name));
+        if let Some(least) = parts.iter().map(edits).min() {
+            parts.retain(|name| edits(name) == least);
             return parts;
         }
     }
@@ -91,7 +93,7 @@ mod tests {
         let known = ["rover-helicopter", "hopper-scout", "coverage", "coverage-8", "hard"];
         assert_eq!(nearest("helicopter", known), ["rover-helicopter"]);
         assert_eq!(nearest("rover", known), ["rover-helicopter"]);
-        assert_eq!(nearest("cover", known), ["coverage", "coverage-8"]);
+        assert_eq!(nearest("cover", known), ["coverage"]);
         assert_eq!(nearest("coverage", known), ["coverage"]);
         assert!(nearest("he", known).is_empty());
     }

@@ -19,9 +19,9 @@ use crate::middleware::Ipc;
 use crate::nonce::random_incarnation;
 use crate::ports::service::{requested, responded};
 use crate::ports::{Client, Reader, Server, Writer};
-use crate::session::{PATIENCE, SHORT_PATIENCE, Session};
+use crate::session::{SHORT_PATIENCE, Session};
 use crate::shutdown::{ShutdownSignal, StopReason, sleep};
-use crate::waiting::Waiting;
+use crate::waiting::{Joining, PATIENCE, Waiting};
 use crate::{clock, crash, host};
 
 /// What ended a [`Node::sleep`].
@@ -33,38 +33,6 @@ pub enum Wake {
     Timeout,
     /// There is a new reason to stop: see [`Node::stop_reason`].
     Stop,
-}
-
-/// How a process joins.
-#[derive(Clone, Copy, Debug)]
-pub struct Joining {
-    /// How long it waits for a process that is in its way, such as one that was stopped while it joined.
-    pub patience: Duration,
-    /// Whether the end of standard input is a reason to stop, from the first moment on: see [`ShutdownSignal::hold_lifeline`].
-    pub lifeline: bool,
-}
-
-impl Joining {
-    /// With that patience, and no less than the usual one: on a busy machine the others take seconds to join.
-    #[must_use]
-    pub fn patiently(patience: Duration) -> Self {
-        Self { patience: patience.max(PATIENCE), lifeline: false }
-    }
-
-    /// The wait of a process that has not joined yet; a reason to stop ends it.
-    pub(crate) fn waiting(self) -> Result<Waiting, NodeError> {
-        let shutdown = ShutdownSignal::new()?;
-        if self.lifeline {
-            shutdown.hold_lifeline();
-        }
-        Ok(Waiting::new(self.patience, Some(Rc::new(shutdown))))
-    }
-}
-
-impl Default for Joining {
-    fn default() -> Self {
-        Self { patience: PATIENCE, lifeline: false }
-    }
 }
 
 /// One process in its instance. Its ports may outlive it.

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use process::Terms;
 
-use crate::node::Joining;
+use crate::waiting::Joining;
 
 /// Arguments of every process that waits for hopper-sim.
 #[derive(clap::Args, Clone, Debug)]

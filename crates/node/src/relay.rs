@@ -22,8 +22,8 @@ use crate::ports::ZeroCopy;
 use crate::ports::service::{
     MiddlewarePublisher, MiddlewareSubscriber, count_readers, count_writers, open_publish_subscribe,
 };
-use crate::session::{self, Session};
-use crate::waiting::Waiting;
+use crate::session::Session;
+use crate::waiting::{self, Waiting};
 
 /// One of the two processes that answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -97,7 +97,7 @@ impl Relay {
     /// # Errors
     /// If the other two do not start within 10 s, or a message is lost.
     pub fn source(&self, rounds: u64, period: Duration) -> Result<Vec<u64>, NodeError> {
-        let session = Session::join(&self.instance, "relay", Waiting::new(session::PATIENCE, None))?;
+        let session = Session::join(&self.instance, "relay", Waiting::new(waiting::PATIENCE, None))?;
         let listener = listener::<Command>(&session)?;
         let states = Sender::<State>::new(&session, 1)?;
         let mut commands = Receiver::<Command>::new(&session)?;
@@ -137,7 +137,7 @@ impl Relay {
     /// # Errors
     /// If the middleware fails.
     pub fn answer(&self, stage: Stage) -> Result<(), NodeError> {
-        let session = Session::join(&self.instance, "relay", Waiting::new(session::PATIENCE, None))?;
+        let session = Session::join(&self.instance, "relay", Waiting::new(waiting::PATIENCE, None))?;
         match stage {
             Stage::Map => self.answer_with_maps(&session),
             Stage::Command => answer_with_commands(&session),
@@ -184,10 +184,10 @@ fn answer_with_commands(session: &Session) -> Result<(), NodeError> {
 
 impl<M: Message> Sender<M> {
     fn new(session: &Session, cells: usize) -> Result<Self, NodeError> {
-        let service = open_publish_subscribe::<M>(session, ROBOT, session::PATIENCE)?;
+        let service = open_publish_subscribe::<M>(session, ROBOT, waiting::PATIENCE)?;
         let name = M::SERVICE.name_of(ROBOT);
         let notifier = session.notifier(&name)?;
-        let publisher = session.port(session::PATIENCE, &name, "publishing", || {
+        let publisher = session.port(waiting::PATIENCE, &name, "publishing", || {
             service.publisher_builder().initial_max_slice_len(cells).create()
         })?;
         Ok(Self { publisher, notifier })
@@ -205,10 +205,10 @@ impl<M: Message> Sender<M> {
 
 impl<M: Message> Receiver<M> {
     fn new(session: &Session) -> Result<Self, NodeError> {
-        let service = open_publish_subscribe::<M>(session, ROBOT, session::PATIENCE)?;
+        let service = open_publish_subscribe::<M>(session, ROBOT, waiting::PATIENCE)?;
         let name = M::SERVICE.name_of(ROBOT);
         let subscriber = session
-            .port(session::PATIENCE, &name, "subscribing", || service.subscriber_builder().create())?;
+            .port(waiting::PATIENCE, &name, "subscribing", || service.subscriber_builder().create())?;
         Ok(Self { subscriber, cells: Vec::new() })
     }
 
@@ -235,9 +235,9 @@ fn listener<M: Message>(session: &Session) -> Result<Listener<Ipc>, NodeError> {
 }
 
 fn wait_for_others(session: &Session) -> Result<(), NodeError> {
-    let states = open_publish_subscribe::<State>(session, ROBOT, session::PATIENCE)?;
-    let maps = open_publish_subscribe::<MapPatch>(session, ROBOT, session::PATIENCE)?;
-    let commands = open_publish_subscribe::<Command>(session, ROBOT, session::PATIENCE)?;
+    let states = open_publish_subscribe::<State>(session, ROBOT, waiting::PATIENCE)?;
+    let maps = open_publish_subscribe::<MapPatch>(session, ROBOT, waiting::PATIENCE)?;
+    let commands = open_publish_subscribe::<Command>(session, ROBOT, waiting::PATIENCE)?;
     let started = clock::now();
     while count_readers::<State>(&states) == 0
         || count_readers::<MapPatch>(&maps) == 0

@@ -12,6 +12,41 @@ use crate::shutdown::ShutdownSignal;
 /// A wait as long as this is logged: usually a lock is free again after milliseconds.
 const WORTH_A_LINE: Duration = Duration::from_secs(1);
 
+/// How long to retry while what is to be made cannot be: a process that makes or removes something does not hold the lock for long.
+pub(crate) const PATIENCE: Duration = Duration::from_secs(4);
+
+/// How a process joins.
+#[derive(Clone, Copy, Debug)]
+pub struct Joining {
+    /// How long it waits for a process that is in its way, such as one that was stopped while it joined.
+    pub patience: Duration,
+    /// Whether the end of standard input is a reason to stop, from the first moment on: see [`ShutdownSignal::hold_lifeline`].
+    pub lifeline: bool,
+}
+
+impl Joining {
+    /// With that patience, and no less than the usual one: on a busy machine the others take seconds to join.
+    #[must_use]
+    pub fn patiently(patience: Duration) -> Self {
+        Self { patience: patience.max(PATIENCE), lifeline: false }
+    }
+
+    /// The wait of a process that has not joined yet; a reason to stop ends it.
+    pub(crate) fn waiting(self) -> Result<Waiting, NodeError> {
+        let shutdown = ShutdownSignal::new()?;
+        if self.lifeline {
+            shutdown.hold_lifeline();
+        }
+        Ok(Waiting::new(self.patience, Some(Rc::new(shutdown))))
+    }
+}
+
+impl Default for Joining {
+    fn default() -> Self {
+        Self { patience: PATIENCE, lifeline: false }
+    }
+}
+
 /// How long a process waits for others that are in its way, and what ends the wait before.
 #[derive(Clone, Debug)]
 pub(crate) struct Waiting {

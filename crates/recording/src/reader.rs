@@ -8,14 +8,12 @@
 use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
 
-use contract::{Announcement, Digest, MonotonicNs, Route, RunId, Team};
+use contract::MonotonicNs;
 
 use crate::compression::DECOMPRESSED_BYTES_MAX;
 use crate::definitions::Definitions;
 use crate::layout::{self, Framed, MAGIC, kind};
-use crate::{
-    Channel, JsonMessage, MessageError, RecordedMessage, RecordingError, RunMetadata, SkippedMessages,
-};
+use crate::{Channel, Entry, RecordedMessage, RecordingError, SkippedMessages};
 
 /// A recording in memory, with its metadata and its messages.
 #[derive(Clone, Debug)]
@@ -42,61 +40,6 @@ pub struct Recording<'a> {
     pub valid_bytes: u64,
     /// What is wrong after the valid part, or with its channels; `None` if the file is complete.
     pub fault: Option<String>,
-}
-
-/// One message of a recording.
-#[derive(Clone, Debug)]
-pub struct Entry<'a> {
-    /// Number in the file, from 0.
-    pub number: u64,
-    /// Topic it was recorded on.
-    pub topic: String,
-    /// The channel, if it is one of Hopper's with the expected schema.
-    pub known: Option<Channel>,
-    /// When the recorder received it.
-    pub logged: MonotonicNs,
-    /// When it was published, or `logged` if the message has no such time.
-    pub published: MonotonicNs,
-    /// Number on its channel, from 0.
-    pub sequence: u32,
-    /// Its protobuf encoding.
-    pub data: &'a [u8],
-}
-
-impl Entry<'_> {
-    /// The decoded message; `None` on channels of other programs and on those made for viewers.
-    ///
-    /// # Errors
-    /// If it is not protobuf of its schema, or a field is out of range.
-    pub fn message(&self) -> Result<Option<RecordedMessage>, RecordingError> {
-        let Some(topic) = self.known else { return Ok(None) };
-        RecordedMessage::decode(topic, self.data).map_err(|cause| RecordingError::Message {
-            topic: self.topic.clone(),
-            number: self.number,
-            cause,
-        })
-    }
-
-    /// Why Hopper cannot decode the message; `None` if it can, or if the topic is another program's.
-    #[must_use]
-    pub fn undecodable(&self) -> Option<RecordingError> {
-        let cause = match self.known {
-            Some(_) => return self.message().err(),
-            None if JsonMessage::is_topic_of::<Team>(&self.topic) => {
-                serde_json::from_slice::<Team>(self.data).err().map(json)
-            }
-            None if JsonMessage::is_topic_of::<Announcement>(&self.topic) => {
-                match serde_json::from_slice::<Announcement>(self.data) {
-                    Ok(Announcement { route, .. }) => {
-                        Route::new(route.waypoints().to_vec()).err().map(MessageError::from)
-                    }
-                    Err(error) => Some(json(error)),
-                }
-            }
-            None => None,
-        };
-        Some(RecordingError::Message { topic: self.topic.clone(), number: self.number, cause: cause? })
-    }
 }
 
 impl<'a> Recording<'a> {
@@ -189,12 +132,6 @@ impl<'a> Recording<'a> {
         let mut seen = BTreeSet::new();
         let named = self.metadata_records.iter().filter(|(known, _)| known == name);
         named.map(|(_, entries)| entries).filter(|entries| seen.insert(*entries)).collect()
-    }
-
-    /// The metadata of `run`, whose last state has `digest`; of the whole file if it has no run.
-    #[must_use]
-    pub fn metadata_of(&self, run: Option<RunId>, digest: Option<Digest>) -> RunMetadata<'_> {
-        RunMetadata::new(self, run, digest)
     }
 
     /// The messages of the valid part, in the order of their log times.
@@ -370,10 +307,6 @@ impl<'a> Recording<'a> {
             self.sections.push(Cow::Borrowed(&self.bytes[from..end]));
         }
     }
-}
-
-fn json(error: serde_json::Error) -> MessageError {
-    MessageError::Json(error.to_string())
 }
 
 /// Whether the data of a file has the checksum that the end of its data tells. Computed at most once.

@@ -71,6 +71,14 @@ impl<'a> RunMetadata<'a> {
     }
 }
 
+impl Recording<'_> {
+    /// The metadata of `run`, whose last state has `digest`; of the whole file if it has no run.
+    #[must_use]
+    pub fn metadata_of(&self, run: Option<RunId>, digest: Option<Digest>) -> RunMetadata<'_> {
+        RunMetadata::new(self, run, digest)
+    }
+}
+
 /// When the brief of each run was first recorded, nanoseconds.
 fn begins_ns(recording: &Recording<'_>) -> BTreeMap<RunId, u64> {
     let mut begins_ns = BTreeMap::new();

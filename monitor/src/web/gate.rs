@@ -248,6 +248,7 @@ mod tests {
     }
 
     /// P-WEB-GATE: only known paths, hosts and methods get anything.
+    // Long: a table.
     #[test]
     fn only_known_paths_hosts_and_methods_get_anything() {
         let gate = gate("127.0.0.1:8427", None);

@@ -11,9 +11,8 @@ use super::instance::Instance;
 use super::lock::{MembershipLock, waiting};
 use crate::error::NodeError;
 use crate::file_lock::{try_flock, unlock};
-use crate::node::Joining;
 use crate::private_file::owner_only;
-use crate::waiting::Waiting;
+use crate::waiting::{Joining, Waiting};
 
 /// Proof that this process alone has a role in its instance.
 #[derive(Debug)]

@@ -20,10 +20,9 @@ use super::label::Label;
 use crate::error::NodeError;
 use crate::file_lock::{try_flock, unlock};
 use crate::middleware::Ipc;
-use crate::node::Joining;
 use crate::private_file::owner_only;
 use crate::shared_memory::SHARED_MEMORY;
-use crate::waiting::Waiting;
+use crate::waiting::{Joining, Waiting};
 
 /// File whose lock shows who lives. Builds of all versions lock this name, so that none takes a live instance of
 /// another for a leftover.

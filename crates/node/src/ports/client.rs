@@ -9,7 +9,8 @@ use super::service::{Answer, MiddlewareClient, Pending, notify, open_request_res
 use super::zero_copy::ZeroCopy;
 use crate::error::NodeError;
 use crate::middleware::Ipc;
-use crate::session::{PATIENCE, Session};
+use crate::session::Session;
+use crate::waiting::PATIENCE;
 
 /// Asks a service, one request at a time. A request wakes the server.
 #[derive(Debug)]

@@ -11,7 +11,8 @@ use super::zero_copy::ZeroCopy;
 use crate::error::NodeError;
 use crate::memory_budget;
 use crate::middleware::Ipc;
-use crate::session::{PATIENCE, Session};
+use crate::session::Session;
+use crate::waiting::PATIENCE;
 
 /// Answers a service, whose only server it is. An answer wakes the clients, so that many pages take a round trip each
 /// rather than a tick each.

@@ -15,7 +15,8 @@ use super::zero_copy::ZeroCopy;
 use crate::error::NodeError;
 use crate::memory_budget;
 use crate::middleware::Ipc;
-use crate::session::{PATIENCE, Session};
+use crate::session::Session;
+use crate::waiting::PATIENCE;
 
 /// How often handing over is tried while a reader comes or goes.
 const HAND_OVER_TRIES: usize = 3;

@@ -21,11 +21,8 @@ use crate::membership::lock::MembershipLock;
 use crate::memory_budget;
 use crate::middleware::{Ipc, service_name};
 use crate::signature::{self, EVENT_PORTS_MAX};
-use crate::waiting::{HoldUp, Waiting, holder_of};
+use crate::waiting::{HoldUp, PATIENCE, Waiting, holder_of};
 use obstacle::Obstacle;
-
-/// How long to retry while what is to be made cannot be: a process that makes or removes something does not hold the lock for long.
-pub(crate) const PATIENCE: Duration = Duration::from_secs(4);
 
 /// How long to retry for a port that a process can do without: a few tries, with the dead cleaned up in between.
 pub(crate) const SHORT_PATIENCE: Duration = Duration::from_millis(20);
