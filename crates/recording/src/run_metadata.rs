@@ -46,7 +46,7 @@ impl<'a> RunMetadata<'a> {
         let has_another = |entries: &&Entries| {
             begins_ns.iter().any(|(other, at_ns)| Some(*other) != run && may_have(entries, *at_ns))
         };
-        let is_shared = recorders.iter().any(|entries| has_another(entries));
+        let is_shared = recorders.iter().any(has_another);
         Self { is_shared, end: end_of(&ends, run, digest), recorders }
     }
 
