@@ -267,13 +267,12 @@ impl<'a> Recording<'a> {
                 kind::ATTACHMENT => self.attachments += 1,
                 // An unknown record may be a chunk with a damaged opcode, unless a checksum or its form proves
                 // that it is none.
+                other if !ended && other > kind::KNOWN_MAX && checksum.is_right(bytes, at) => {}
                 other if !ended && other > kind::KNOWN_MAX => {
-                    if !checksum.is_right(bytes, at) {
-                        let known_at = after_unknown(bytes, at, self.chunks > 0);
-                        at = known_at.ok_or_else(|| located(&unexpected(other)))?;
-                        self.valid_bytes = at as u64;
-                        continue;
-                    }
+                    let known_at = after_unknown(bytes, at, self.chunks > 0);
+                    at = known_at.ok_or_else(|| located(&unexpected(other)))?;
+                    self.valid_bytes = at as u64;
+                    continue;
                 }
                 other if !ended && other != kind::DATA_END => {
                     return Err(located(&unexpected(other)));
