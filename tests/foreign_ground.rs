@@ -150,7 +150,8 @@ fn a_format_that_is_not_read_is_converted_by_one_printed_command() {
     assert_eq!(called().lines().count(), 2, "GDAL ran once: {}", called());
     // A header beside the source, a corrected one, an older source: each is another model.
     let old = std::time::SystemTime::UNIX_EPOCH + std::time::Duration::from_secs(1_000_000_000);
-    let changes: [(&str, &dyn Fn(&std::path::Path)); 4] = [
+    type Change<'a> = (&'a str, &'a dyn Fn(&std::path::Path));
+    let changes: [Change<'_>; 4] = [
         ("dem.hdr", &|path| std::fs::write(path, "data type = 3").unwrap()),
         ("dem.hdr", &|path| std::fs::write(path, "data type = 4 ").unwrap()),
         ("dem.img.aux.xml", &|path| std::fs::write(path, "<PAMDataset/>").unwrap()),
