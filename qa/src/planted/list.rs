@@ -74,7 +74,7 @@ pub fn bugs(root: &Path) -> Result<Vec<Bug>, Failure> {
 }
 
 /// The changed files with all `bugs` in them, by path from `root`. Each function that a bug changes has its body once as it
-/// is and once for each bug, and [`SWITCH`] says at run time which body is executed.
+/// is and once for each bug, and an environment variable says at run time which body is executed.
 ///
 /// # Errors
 /// If an edit does not fit the sources; all that do not are named.
