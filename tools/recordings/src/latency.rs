@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use contract::limits::PAST_PAGE_RECORDS;
+use contract::protocol::peer_table::BEAT_PERIOD_NS;
 use contract::{
     Brief, Decision, Heartbeat, MonotonicNs, PageCursor, PastPage, PastRequest, PeerTable, RobotId, Role,
 };
@@ -65,6 +66,9 @@ struct Source {
     seed: Option<String>,
     conditions: Conditions,
 }
+
+/// How long a running instance is listened to at least, nanoseconds: every process beats several times.
+const LISTENING_NS: u64 = 8 * BEAT_PERIOD_NS;
 
 /// What two missions that are compared do not have in common, and should. The names are those of the JSON.
 #[derive(Debug, PartialEq, Serialize)]
@@ -211,8 +215,11 @@ fn living(name: &str, wait: Duration) -> Result<Option<Source>, Failure> {
     let mut patience = Patience::new(Some(wait));
     let mut peer_table = PeerTable::default();
     let mut gathered = Gathered::default();
+    // A process that was started again is known by its heartbeat alone.
+    let all_heard = Node::now().plus_ns(LISTENING_NS);
     let flown = loop {
-        if let Some(request) = gathered.ask(Node::now()) {
+        let now = Node::now();
+        if let Some(request) = (now >= all_heard).then(|| gathered.ask(now)).flatten() {
             past.request(request)?;
         }
         node.sleep(Duration::from_nanos(TICK_NS));
