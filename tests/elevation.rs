@@ -261,6 +261,23 @@ fn an_elevation_model_alone_is_a_mission() {
     }
     refuses(&mission, &["run", "--scenario", "mars", "--dem", "nowhere.tif"], &["--dem", "nowhere.tif"]);
     refuses(&mission, &["run", "--dem", "nowhere.tif"], &["--dem", "nowhere.tif"]);
+
+    // P-NO-GROUND: on another ground the mission is neither repeated nor shown.
+    let deeper = heights()
+        .into_iter()
+        .map(|height| if height < -4001.0 && height != NODATA { height - 0.5 } else { height });
+    let deeper =
+        GeoTiff { scale: Some(vec![4.98, 4.98, 0.0]), ..GeoTiff::new(WIDTH, HEIGHT, deeper.collect()) };
+    std::fs::write(mission.path("model"), GeoTiff { nodata: Some("-9999"), ..deeper }.bytes()).unwrap();
+    for words in [
+        &["run", "--lockstep", "--planners-from", "once"][..],
+        &["journal", "verify", "once/journal", "--against-lockstep"],
+        &["journal", "draw", "once/journal", "--out", "once.svg"],
+        &["gif", "once", "--out", "once.gif"],
+        &["view", "once", "--web", "127.0.0.1:0"],
+    ] {
+        refuses(&mission, words, &["other contents"]);
+    }
 }
 
 /// P-SCENARIO-NEW.

@@ -226,6 +226,16 @@ fn a_refused_mission_adds_nothing_to_a_folder() {
         assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
         let left: Vec<_> = std::fs::read_dir(&folder).unwrap().map(|file| file.unwrap().path()).collect();
         assert_eq!(left, mine, "{file:?}");
+        for path in &mine {
+            assert_eq!(std::fs::read_to_string(path).unwrap(), include_str!("../scenarios/hard.toml"));
+            let is_a_scenario = file == Some("scenario.toml");
+            assert_eq!(
+                stderr(&output).contains("with a scenario.toml of yours"),
+                is_a_scenario,
+                "{}",
+                stderr(&output)
+            );
+        }
         mine.iter().for_each(|path| std::fs::remove_file(path).unwrap());
     }
 }

@@ -12,7 +12,7 @@ fn root() -> &'static Path {
 }
 
 /// What the tests need besides the package, and what builds it.
-const REQUIREMENTS: &str = "maturin>=1.7,<2 numpy>=1.26 gymnasium>=1.0 pettingzoo>=1.24 quantecon==0.11.4 matplotlib>=3.8 \
+const REQUIREMENTS: &str = "maturin>=1.9.4,<2 numpy>=1.26 gymnasium>=1.0 pettingzoo>=1.24 quantecon==0.11.4 matplotlib>=3.8 \
                             nbclient>=0.10 ipykernel>=6";
 
 /// The interpreter of a virtual environment in the target folder, with the package as it is now.

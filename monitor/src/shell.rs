@@ -7,7 +7,7 @@ use std::time::Duration;
 use contract::{MonotonicNs, Role};
 use node::peer::PeerArgs;
 use node::{Exit, Failure, Instance, Node, ShutdownSignal};
-use process::block_on;
+use process::{Ports as _, block_on};
 
 use crate::bar::Bar;
 use crate::process::{Display, Monitor, Observer};
@@ -206,7 +206,7 @@ fn view(args: &Args, extensions: &Extensions, node: &mut Node) -> Result<Opened,
         let alone = || Failure::new(Exit::Usage, "--control needs --web or --tui to give orders from");
         return if control { Err(alone()) } else { Ok((None, None)) };
     }
-    let account = Arc::new(Mutex::new(History::new(contract::RobotId(0))));
+    let account = Arc::new(Mutex::new(History::new(contract::RobotId(0)).in_instance(node.instance_name())));
     let mut screens: Vec<Box<dyn Screen>> = Vec::new();
     let page = web
         .map(|address| Page::open(address, web_host, control, Arc::clone(&account)).map(Arc::new))

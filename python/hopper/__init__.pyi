@@ -113,6 +113,7 @@ class Recording:
     def __eq__(self, other: object) -> bool: ...
     is_whole: bool
     lost_bytes: int
+    undecodable: int
     metadata: dict[str, dict[str, str]]
     messages: dict[str, int]
     states: Columns

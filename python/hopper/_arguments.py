@@ -88,7 +88,7 @@ def mission(scenario, profile, dem, nodata):
         scenario = text("a scenario", path("a scenario", scenario))
     resolved = _native.Resolved(scenario, text("a profile", profile), path("dem", dem), _nodata(nodata))
     for warning in resolved.warnings:
-        _warn(warning)
+        warn(warning)
     return resolved
 
 
@@ -107,7 +107,7 @@ def _nodata(value):
 _BETWEEN = ("hopper", "gymnasium", "pettingzoo")
 
 
-def _warn(message):
+def warn(message):
     """Warns at the line of the user that led here."""
     frame, level = sys._getframe(1), 2
     while frame.f_back is not None and str(frame.f_globals.get("__name__")).partition(".")[0] in _BETWEEN:

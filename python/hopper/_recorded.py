@@ -50,6 +50,7 @@ class Recording(Contents):
     Attributes:
         is_whole: Whether the file is complete.
         lost_bytes: How many bytes after its last whole record are not read.
+        undecodable: Number of Hopper's messages that cannot be decoded. They have no row.
         metadata: Metadata records by name.
         messages: Number of messages by topic.
         states: Columns of all states.
@@ -58,6 +59,7 @@ class Recording(Contents):
 
     is_whole: bool
     lost_bytes: int
+    undecodable: int
     metadata: dict
     messages: dict
     states: dict
@@ -69,11 +71,15 @@ class Recording(Contents):
 
 
 def read_recording(path):
-    """Reads an MCAP file of `hopper run --record`, up to its last whole record."""
+    """Reads an MCAP file of `hopper run --record`, up to its last whole record. Warns of messages that cannot be decoded."""
     about, tables = _native.read_recording(_path(path))
     about = json.loads(about)
     states, commands = columns(tables["state"]), columns(tables["command"])
-    return Recording(about["whole"], about["lost_bytes"], about["metadata"], about["messages"], states, commands)
+    if about["undecodable"]:
+        _arguments.warn(f"{path}: {about['damage']}")
+    return Recording(
+        about["whole"], about["lost_bytes"], about["undecodable"], about["metadata"], about["messages"], states, commands
+    )
 
 
 def _path(path):

@@ -7,7 +7,7 @@ use contract::{Command, MonotonicNs, Record, State};
 use hopper_sim::{Journal, JournalReader};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use recording::{RecordedMessage, Recording};
+use recording::{RecordedMessage, Recording, SkippedMessages};
 
 use crate::boundary::guarded;
 use crate::columns::{self, Columns};
@@ -59,9 +59,10 @@ pub fn read_recording<'py>(py: Python<'py>, path: PathBuf) -> PyResult<(String, 
         let mut counts = BTreeMap::<String, u64>::new();
         let (mut states, mut commands) =
             (Vec::<(MonotonicNs, State)>::new(), Vec::<(MonotonicNs, Command)>::new());
+        let mut skipped = SkippedMessages::default();
         for entry in recording.entries() {
             *counts.entry(entry.topic.clone()).or_default() += 1;
-            match entry.message().map_err(crate::error)? {
+            match skipped.skip(entry.message()).flatten() {
                 Some(RecordedMessage::State(state)) => states.push((entry.logged, state)),
                 Some(RecordedMessage::Command(command)) => commands.push((entry.logged, command)),
                 _ => {}
@@ -70,6 +71,8 @@ pub fn read_recording<'py>(py: Python<'py>, path: PathBuf) -> PyResult<(String, 
         let about = serde_json::json!({
             "whole": recording.is_whole(),
             "lost_bytes": recording.lost_bytes(),
+            "undecodable": skipped.messages,
+            "damage": skipped.to_string(),
             "metadata": recording.metadata,
             "messages": counts,
         });

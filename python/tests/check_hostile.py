@@ -8,6 +8,7 @@ import json
 import math
 import os
 import pathlib
+import struct
 import sys
 import tempfile
 import types
@@ -154,6 +155,29 @@ def functions():
         survives(hopper.read_recording, path)
         survives(hopper.run, path)
         survives(hopper.run, dem=path)
+    damaged = pathlib.Path(folder, "damaged.mcap")
+    damaged.write_bytes(recording_of(b"\xff\xff\xff"))
+    with warnings.catch_warnings(record=True) as heard:
+        warnings.simplefilter("always")
+        recording = hopper.read_recording(damaged)
+    assert (recording.is_whole, recording.undecodable, recording.messages) == (True, 1, {"hop/r0/state": 1})
+    assert len(recording.states["x"]) == 0 and "1 message cannot be decoded" in str(heard[0].message), heard
+
+
+def recording_of(state):
+    """The bytes of an MCAP file with one message, which claims to be a state."""
+    text = lambda value: struct.pack("<I", len(value)) + value.encode()
+    record = lambda opcode, data: struct.pack("<BQ", opcode, len(data)) + data
+    magic = b"\x89MCAP0\r\n"
+    parts = [
+        record(1, text("") + text("")),
+        record(3, struct.pack("<H", 1) + text("hopper.State") + text("protobuf") + struct.pack("<I", 0)),
+        record(4, struct.pack("<HH", 1, 1) + text("hop/r0/state") + text("protobuf") + struct.pack("<I", 0)),
+        record(5, struct.pack("<HIQQ", 1, 0, 0, 0) + state),
+        record(15, struct.pack("<I", 0)),
+        record(2, struct.pack("<QQI", 0, 0, 0)),
+    ]
+    return magic + b"".join(parts) + magic
 
 
 class Looks:

@@ -11,7 +11,7 @@ use monitor::shell::ViewArgs;
 use node::inspect::{NodeHealth, NodeReport, nodes};
 use node::{Exit, Failure, Instance, ShutdownSignal};
 use report::Summary;
-use scenario::{ResolvedScenario, Scenario};
+use scenario::ResolvedScenario;
 
 use crate::mission::OutputDir;
 use crate::mission::child::Supervised;
@@ -329,9 +329,8 @@ fn check_recording(args: &Args) -> Result<(), Failure> {
 fn world_of_journal(args: &Args, dir: &Path) -> Result<(ResolvedScenario, u64), Failure> {
     let history = JournalReader::open(dir).map_err(Failure::usage)?;
     history.require_sound().map_err(Failure::usage)?;
+    let world = history.world().map_err(Failure::usage)?;
     let (header, mission) = (history.header(), &args.mission);
-    let scenario = Scenario::parse(&header.resolved, &dir.display().to_string()).map_err(Failure::usage)?;
-    let world = scenario.resolve().map_err(Failure::usage)?;
     let given = match mission.is_given() {
         true => mission.world()?.brief.scenario_hash,
         false => header.brief.scenario_hash,

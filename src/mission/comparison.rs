@@ -6,7 +6,6 @@ use contract::{Brief, Decision, Digest, Record};
 use hopper_sim::{JournalReader, Mission};
 use lockstep::PlannerSchedule;
 use node::Failure;
-use scenario::Scenario;
 use serde::Serialize;
 
 /// The first decision of a journal that lockstep takes otherwise.
@@ -42,9 +41,7 @@ impl std::fmt::Display for Difference {
 /// If the journal cannot be read, or names a planner that is not known.
 pub fn against_lockstep(dir: &Path) -> Result<Option<Difference>, Failure> {
     let history = JournalReader::open(dir).map_err(Failure::usage)?;
-    let header = history.header();
-    let scenario = Scenario::parse(&header.resolved, &dir.display().to_string()).map_err(Failure::usage)?;
-    let world = scenario.resolve().map_err(Failure::usage)?;
+    let (world, header) = (history.world().map_err(Failure::usage)?, history.header());
     let schedule = PlannerSchedule::from_records(history.records()).map_err(Failure::usage)?;
     if schedule.is_empty() {
         return Ok(None);

@@ -6,7 +6,7 @@ use contract::{Brief, Record, Route};
 use hopper_sim::JournalReader;
 use node::Failure;
 use report::PictureStyle;
-use scenario::{ResolvedScenario, Scenario};
+use scenario::ResolvedScenario;
 
 use super::{Sensed, Snapshot};
 
@@ -33,10 +33,7 @@ impl Flown {
     pub fn read(dir: &Path) -> Result<Self, Failure> {
         let journal = JournalReader::open(dir)?;
         journal.require_sound()?;
-        let header = journal.header();
-        let scenario =
-            Scenario::parse(&header.resolved, &dir.display().to_string()).map_err(Failure::usage)?;
-        let world = scenario.resolve().map_err(Failure::usage)?;
+        let (world, header) = (journal.world()?, journal.header());
         let brief = Brief { run: header.run(), ..world.brief };
         let mut read = journal.records();
         let records: Vec<Record> = read.by_ref().take(RECORDS_MAX + 1).collect::<Result<_, _>>()?;

@@ -69,8 +69,8 @@ impl OutputDir {
     /// if there is none. Nothing else is written: see [`OutputDir::describe`].
     ///
     /// # Errors
-    /// If the folder is another user's or cannot be written; if it is in use, or holds the journal of another mission,
-    /// and then it is left as it was.
+    /// If the folder is another user's or cannot be written; if it is in use, holds the journal of another mission, or a
+    /// scenario that no mission wrote, and then it is left as it was.
     pub fn open(
         dir: Option<PathBuf>,
         world: &ResolvedScenario,
@@ -107,8 +107,16 @@ impl OutputDir {
         }
         let journal_dir = dir.join("journal");
         let is_absent = |name: &&str| dir.join(name).symlink_metadata().is_err();
-        let absent = FILES.into_iter().filter(is_absent).collect();
+        let absent: Vec<_> = FILES.into_iter().filter(is_absent).collect();
         let began = !Journal::exists(&journal_dir);
+        // Whoever keeps a scenario there has only that file.
+        if began && !absent.contains(&"scenario.toml") && absent.contains(&"provenance.json") {
+            return Err(Failure::usage(format!(
+                "an output folder needs to be new or one of an earlier run, got {} with a scenario.toml of yours, which the \
+                 mission's would replace: name another folder",
+                dir.display()
+            )));
+        }
         let journal = open_journal(&journal_dir, world, seed, false)?;
         let run = journal.header().run();
         Ok((Self { dir, run, began, absent, made: made.to_vec(), lock }, journal))
@@ -211,7 +219,7 @@ impl OutputDir {
         }
         let (brief, seed) = (history.header().brief, history.header().seed);
         let mut summary = SummaryBuilder::new(&brief, seed);
-        let mut robots = Robots::of_journal(history.header())?;
+        let mut robots = Robots::of_journal(&history)?;
         let mut last = None;
         let mut read = history.records();
         while let Some(record) = read.next().transpose().map_err(Failure::run)? {

@@ -3,9 +3,9 @@
 use std::sync::Arc;
 
 use contract::{Action, Brief, Record, Route, State, Team};
-use hopper_sim::{JournalHeader, RobotTeam};
+use hopper_sim::{JournalReader, RobotTeam};
 use node::Failure;
-use scenario::{ResolvedScenario, Scenario};
+use scenario::ResolvedScenario;
 use terrain::Terrain;
 
 /// All robots of a mission that is not a single hopper's, folded again from its records.
@@ -28,13 +28,12 @@ impl Robots {
     /// Those of the journal's mission before its first decision; `None` where there is a single hopper.
     ///
     /// # Errors
-    /// If its scenario cannot be resolved.
-    pub fn of_journal(header: &JournalHeader) -> Result<Option<Self>, Failure> {
-        if !header.brief.has_team() {
+    /// If the ground of its scenario is not at hand.
+    pub fn of_journal(journal: &JournalReader) -> Result<Option<Self>, Failure> {
+        if !journal.header().brief.has_team() {
             return Ok(None);
         }
-        let scenario = Scenario::parse(&header.resolved, "the journal's scenario").map_err(Failure::usage)?;
-        let world = scenario.resolve().map_err(Failure::usage)?;
+        let world = journal.world()?;
         Ok(Self::at_start(&world, &world.brief))
     }
 

@@ -322,7 +322,8 @@ impl Scouts {
                 let (from, flight) = (pose.cell, Flight::default());
                 stays(Outcome { branch: Branch::Stranded, from, to: from, flight }, Status::Lost)
             }
-            (true, false) => execute_beside(mission, before, scout.actions, action),
+            // Its draw is its own, whoever acted last.
+            (true, false) => execute_beside(mission, &State { robot, ..*before }, scout.actions, action),
             (false, _) => stays(self.arrival(usize::from(robot.0), action).outcome, status),
         }
     }

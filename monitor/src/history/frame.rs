@@ -149,7 +149,7 @@ impl History {
             "peers": peers.collect::<Vec<_>>(),
             "missing": self.missing_peer().map(|missing| json!({
                 "peer": missing.to_string(),
-                "command": missing.command(None),
+                "command": self.remedy(),
             })),
             "tempo": pacing,
             "treasures": treasures.iter().map(|cell| [cell.x, cell.y]).collect::<Vec<_>>(),

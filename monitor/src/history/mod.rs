@@ -76,6 +76,8 @@ pub struct Wanted {
 #[derive(Debug)]
 pub struct History {
     robot: RobotId,
+    /// The instance that the processes are in, where that is not the default.
+    instance: Option<String>,
     /// Number of runs so far; a cursor of another run starts over.
     epoch: u64,
     run: Option<RunHistory>,
@@ -113,6 +115,7 @@ impl History {
     pub fn new(robot: RobotId) -> Self {
         Self {
             robot,
+            instance: None,
             epoch: 0,
             run: None,
             peers: PeerHistory::default(),
@@ -120,6 +123,12 @@ impl History {
             progress: (0, None),
             past: false,
         }
+    }
+
+    /// The same, with the name of the instance that the processes are in; `None` for the default.
+    #[must_use]
+    pub fn in_instance(self, instance: Option<&str>) -> Self {
+        Self { instance: instance.map(str::to_owned), ..self }
     }
 
     /// Adds `input`, received at `now`. Returns the request to send to perception, if one is due.
@@ -293,6 +302,13 @@ impl History {
             return None;
         }
         self.peers.missing()
+    }
+
+    /// What starts [`History::missing_peer`].
+    #[must_use]
+    pub fn remedy(&self) -> Option<String> {
+        let missing = self.missing_peer()?;
+        Some(missing.command(self.instance.as_deref()) + missing.and_others())
     }
 
     /// How hopper-sim paces landings; `None` until it says so.

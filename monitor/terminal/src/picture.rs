@@ -90,10 +90,8 @@ fn heading(history: &History, settings: &ViewSettings) -> Line<'static> {
         }
         _ if settings.at.is_some() => ("looking back".to_owned(), BOLD.fg(AMBER)),
         _ if paused => ("paused".to_owned(), BOLD.fg(AMBER)),
-        _ => match history.missing_peer() {
-            Some(missing) => {
-                (format!("waiting for {}{}", missing.command(None), missing.and_others()), BOLD.fg(AMBER))
-            }
+        _ => match history.remedy() {
+            Some(command) => (format!("waiting for {command}"), BOLD.fg(AMBER)),
             None => ("under way".to_owned(), GOOD),
         },
     };

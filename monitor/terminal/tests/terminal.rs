@@ -119,6 +119,14 @@ fn the_whole_mission_stands_on_eighty_by_twenty_four() {
     insta::assert_snapshot!("eighty_by_twenty_four", picture(&account(), &settings, 80, 24));
 }
 
+/// P-DOCTOR-NEXT: in an instance with a name the command names it.
+#[test]
+fn the_command_that_is_waited_for_names_the_instance() {
+    let history = account().in_instance(Some("home"));
+    let shown = picture(&history, &ViewSettings::default(), 140, 24).to_string();
+    assert!(shown.contains("waiting for hopper perception --instance home "), "{shown}");
+}
+
 #[test]
 fn looking_back_shows_the_mission_as_it_was() {
     let settings = ViewSettings { at: Some(Decision(5)), ..ViewSettings::default() };

@@ -318,7 +318,12 @@ impl Info {
             Some(fault) => line("whole", &format!("no: {fault}; {} bytes are lost", self.lost_bytes)),
         }
         if self.undecodable > 0 {
-            line("damaged", &format!("{} messages cannot be decoded and are left out", self.undecodable));
+            let are = if self.undecodable == 1 {
+                "message cannot be decoded and is"
+            } else {
+                "messages cannot be decoded and are"
+            };
+            line("damaged", &format!("{} {are} left out", self.undecodable));
         }
         if self.run.is_none() {
             line("mission", &self.no_mission());
