@@ -134,9 +134,9 @@ impl Drive {
         }
         let around = turn.belief_around(Around::All);
         let mut around = around.and_then(|belief| self.route(turn, &belief, trip, !turn.seed()));
-        // A route along the edge of a cell may have a point that counts as one of the cell. Where a robot has stopped for good, a
-        // way around that begins with such a point would be announced again and again.
-        if !is_gone_soon && around.as_ref().is_some_and(|route| begins_where_another_is(turn, route)) {
+        // A route along the edge of a cell may have a point that counts as one of the cell. A way around that begins with such a
+        // point would be announced again and again.
+        if around.as_ref().is_some_and(|route| begins_where_another_is(turn, route)) {
             around = None;
         }
         match around.or_else(|| rest_without_taken_points(turn)) {
