@@ -98,6 +98,8 @@ pub struct Checker {
     dependence: Dependence,
     offers: Offers,
     claims: Claims,
+    /// The landing up to which perception has published the map.
+    mapped: Option<(RunId, Decision)>,
     /// The robot that acted last, and the routes that it has announced since any robot did anything else.
     announcements: (RobotId, u64),
     /// The last policy that hopper-sim has received.
@@ -145,6 +147,7 @@ impl Checker {
             dependence: Dependence::default(),
             offers: Offers::default(),
             claims: Claims::default(),
+            mapped: None,
             announcements: (RobotId(0), 0),
             policy: None,
             sim: Incarnation(0),

@@ -108,6 +108,10 @@ impl Checker {
     /// A turn of the robot of `record`, which was committed, was not that of planners which were told to take over.
     pub(crate) fn passed_over(&mut self, record: &Record, lives: &[Rc<Life>]) {
         let (run, robot) = (self.mission.brief.run, record.robot);
+        if self.mapped != Some((run, record.decision)) {
+            // Without the map of the landing nobody can plan.
+            return;
+        }
         for life in lives {
             let who = life.incarnation;
             let is_owed = who != record.leader.incarnation && self.claims.is_owed(who, robot);

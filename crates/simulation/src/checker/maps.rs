@@ -31,6 +31,7 @@ impl Checker {
         self.told(run, through, &patch.cells, &patch.treasures);
         if more == 0 {
             self.right(through, digest, after);
+            self.mapped = Some((run, through));
         }
         let record = through.0.checked_sub(1).and_then(|index| self.records.get(index as usize));
         // Another past's patches, and the starts', name whom they like.
