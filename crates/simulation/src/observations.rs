@@ -245,7 +245,9 @@ impl World {
             life.knows_team(team, now);
         } else if let Some(announcement) = message.downcast_ref::<Announcement>() {
             self.scouting.heard(life, announcement);
-            self.checker.offered(announcement);
+            if life.role == Role::HopperSim {
+                self.checker.offered(announcement);
+            }
         } else if message.is::<MapPatch>() && life.role == Role::Planner {
             if let Pass::Under { .. } = life.pass.get() {
                 self.coverage.count("map", "patch_between_pages");

@@ -301,7 +301,10 @@ impl Stamps {
             return same("a landing published again", through, need, (sensed, published));
         }
         same("patch.sensed and published", through, (mapper.sensed, now), (sensed, published))?;
-        (mapper.told, mapper.may_begin_anew) = (Some((at, sensed, published)), false);
+        // What comes next of the past as it was is no new beginning.
+        let goes_on = mapper.told.is_some_and(|((of, before, _), ..)| of == run && before < through);
+        mapper.may_begin_anew &= goes_on;
+        mapper.told = Some((at, sensed, published));
         self.mapped.entry(at).or_default().insert([sensed, published]);
         Ok(())
     }

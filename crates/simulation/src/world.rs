@@ -206,7 +206,7 @@ impl World {
     /// For how long nothing has been executed though nothing explains it.
     pub fn calm_ns(&mut self) -> u64 {
         if self.checker.is_quiet(self.monotonic()) {
-            self.explained_ns = self.time_ns;
+            self.explained_ns = self.explained_ns.max(self.time_ns);
         }
         self.time_ns.saturating_sub(self.stirred_ns.max(self.explained_ns))
     }
