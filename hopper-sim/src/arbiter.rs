@@ -41,7 +41,7 @@ const LATE_COMER_NS: u64 = 250_000_000;
 /// decision budget if that is longer.
 pub const BID_GRACE_NS: u64 = SILENCE_NS;
 
-/// How long a peer may go on beating without knowing the run before it is published again, nanoseconds: the brief
+/// How long peers may go on beating without knowing the run before it is published again, nanoseconds: the brief
 /// is published once, and whoever missed it would miss it for ever.
 pub const ANNOUNCE_NS: u64 = SILENCE_NS;
 
@@ -137,8 +137,8 @@ pub struct Arbiter {
     /// When the current state was last published; `None` before the first time.
     sent: Option<MonotonicNs>,
     finished: bool,
-    /// A peer that does not know of this run, and since when it was heard to.
-    stranger: Option<(Incarnation, MonotonicNs)>,
+    /// Since when peers are heard that do not know of this run.
+    unknown_since: Option<MonotonicNs>,
     peer_table: PeerTable,
     refusals: RefusalCounts,
 }
@@ -208,7 +208,7 @@ impl Arbiter {
             leg_began: Decision(0),
             sent: None,
             finished: false,
-            stranger: None,
+            unknown_since: None,
             peer_table: PeerTable::default(),
             refusals: RefusalCounts::default(),
         }
@@ -836,21 +836,23 @@ impl Arbiter {
         Effect::Publish(self.state)
     }
 
-    /// The brief again, if a peer has not known of the run for long. One is looked after at a time.
+    /// The brief again, if peers that do not know of the run go on without it.
     fn announce(&mut self, beat: &Heartbeat, now: MonotonicNs) -> Option<Effect> {
-        let knows = beat.run == self.state.run || beat.role == Role::HopperSim;
-        let (looked_after, since) = *self.stranger.get_or_insert((beat.incarnation, now));
-        let is_it = looked_after == beat.incarnation;
-        // Whoever knows the run by now, or is gone, makes room for another.
-        if is_it && knows || !is_it && now.since_ns(since) > 2 * ANNOUNCE_NS {
-            self.stranger = (!knows).then_some((beat.incarnation, now));
+        if beat.run == self.state.run || beat.role == Role::HopperSim {
             return None;
         }
-        let due = is_it && now.since_ns(since) >= ANNOUNCE_NS;
-        if due {
-            self.stranger = None;
+        let since = *self.unknown_since.get_or_insert(now);
+        let waited_ns = now.since_ns(since);
+        if waited_ns > 2 * ANNOUNCE_NS {
+            // Those of then know it by now, or are gone.
+            self.unknown_since = Some(now);
+            return None;
         }
-        due.then_some(Effect::Announce)
+        if waited_ns < ANNOUNCE_NS {
+            return None;
+        }
+        self.unknown_since = None;
+        Some(Effect::Announce)
     }
 
     /// Whether the final state is out and its peers are waited for.

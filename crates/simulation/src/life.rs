@@ -48,7 +48,9 @@ pub(crate) struct Life {
     pub map_whole: Cell<Option<RunId>>,
     /// Of a planner: whether a patch reached it late, twice, out of order or not at all, or a landing was in no patch.
     pub map_disturbed: Cell<bool>,
-    /// When that was last the case, since the simulation began, nanoseconds.
+    /// Of a planner: whether a request for prior or route, or the answer, was lost or late, so that it may have to ask again.
+    pub answers_disturbed: Cell<bool>,
+    /// When that of the map was last the case, since the simulation began, nanoseconds.
     pub disturbed_ns: Cell<Option<u64>>,
     /// When a patch was last sent to it twice, since the simulation began, nanoseconds.
     pub repeated_ns: Cell<Option<u64>>,
@@ -135,7 +137,8 @@ impl Life {
     pub fn sits_idle(&self, run: RunId, decision: Decision) -> bool {
         let knows = self.state_seen.get().is_some_and(|(of, due, _)| (of, due) == (run, decision));
         let has_map = self.map_whole.get() == Some(run) && !self.map_disturbed.get();
-        knows && has_map && self.sleeping.get() && self.stopped_until.get().is_none() && self.is_suited
+        let can_plan = knows && has_map && !self.answers_disturbed.get() && self.is_suited;
+        can_plan && self.sleeping.get() && self.stopped_until.get().is_none()
     }
 
     /// Whether a message of `stream` is to wake this process: the pipeline from state to map to command.

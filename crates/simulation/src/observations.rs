@@ -239,6 +239,8 @@ impl World {
             && life.role == Role::HopperSim
         {
             self.checker.advised(policy);
+        } else if let Some(brief) = message.downcast_ref::<Brief>() {
+            self.stamps.briefed(life.incarnation, brief.run);
         } else if let Some(state) = message.downcast_ref::<State>() {
             self.knows(life, state, now);
         } else if let Some(team) = message.downcast_ref::<Team>() {

@@ -504,6 +504,7 @@ impl<'a> Simulation<'a> {
             turns: Cell::new(0),
             map_whole: Cell::new(None),
             map_disturbed: Cell::new(false),
+            answers_disturbed: Cell::new(false),
             disturbed_ns: Cell::new(None),
             repeated_ns: Cell::new(None),
             pass: Cell::default(),

@@ -36,7 +36,7 @@ struct Mapper {
     sensed: MonotonicNs,
     /// The landing that it published last, with its two moments.
     told: Option<(At, MonotonicNs, MonotonicNs)>,
-    /// Whether the journal was replaced since, so that it may map the same landing anew.
+    /// Whether the journal was replaced or another run was heard of since, so that it may map the same landing anew.
     may_begin_anew: bool,
 }
 
@@ -119,6 +119,13 @@ impl Stamps {
     pub fn rewound(&mut self) {
         self.mappers.values_mut().for_each(|mapper| mapper.may_begin_anew = true);
         self.is_flown_again = true;
+    }
+
+    /// A life of perception hears of a run: another than that of its map makes it begin anew, and come back later.
+    pub fn briefed(&mut self, life: Incarnation, run: RunId) {
+        if let Some(mapper) = self.mappers.get_mut(&life) {
+            mapper.may_begin_anew |= mapper.told.is_some_and(|((of, ..), ..)| of != run);
+        }
     }
 
     /// The landings that led to the states after `records`; `None` if the world saw one of them not at all, or more than once.

@@ -7,7 +7,10 @@ use std::collections::{BTreeMap, BinaryHeap};
 use std::rc::{Rc, Weak};
 
 use contract::protocol::peer_table::SILENCE_NS;
-use contract::{Command, Incarnation, MapPage, MapPatch, MapRequest, MonotonicNs, Refusal, RobotId, Role};
+use contract::{
+    Command, Incarnation, MapPage, MapPatch, MapRequest, MonotonicNs, PriorPage, PriorRequest, Refusal,
+    RobotId, Role, RoutePage, RouteRequest,
+};
 use serde::Serialize;
 
 use crate::chance::Chance;
@@ -443,6 +446,7 @@ impl World {
                 // The page that comes may be the answer to an earlier request.
                 self.lives.iter().for_each(|life| life.disturb_map(self.time_ns));
             }
+            self.disturb_answers(stream);
             if stream == Stream::of::<MapPatch>() {
                 match self.link_faults[index].0 {
                     Kind::Duplicate { .. } => reader.repeat_patch(self.time_ns),
@@ -470,6 +474,16 @@ impl World {
         arrivals
     }
 
+    /// Something is wrong with a message of `stream`: if that is a request for prior or route, or an answer, some planner may have to
+    /// ask again.
+    fn disturb_answers(&self, stream: Stream) {
+        let asked = [Stream::of::<Asked<PriorRequest>>(), Stream::of::<Asked<RouteRequest>>()];
+        let answered = [Stream::of::<Answered<PriorPage>>(), Stream::of::<Answered<RoutePage>>()];
+        if asked.contains(&stream) || answered.contains(&stream) {
+            self.lives.iter().for_each(|life| life.answers_disturbed.set(true));
+        }
+    }
+
     /// A message arrives, if its reader still lives.
     pub fn arrive(&mut self, letter: Letter) {
         let Letter { stream, writer, reader, wakes, number, deliver } = letter;
@@ -486,6 +500,7 @@ impl World {
             if stream == Stream::of::<MapPatch>() {
                 reader.disturb_map(self.time_ns);
             }
+            self.disturb_answers(stream);
         }
         let idle = reader.sleeping.get() && reader.stopped_until.get().is_none();
         if idle && reader.message_since.get().is_none() && reader.waits_for(stream) {
