@@ -182,9 +182,10 @@ fn a_thousand_seeds_of_robots_of_all_kinds_break_no_promise_and_leave_no_refusal
     came_up(Missions::Mixed, &campaign, expected);
 }
 
-/// P-PAST-NAMED, P-SIMULATED-MIXED: in the first two seeds a stale plan was executed after the journal had lost its tail, since the
-/// rover's planner looked at who planned for the helicopter. In the third a rover announced the same route again and again, since a
-/// robot that still acted stood where each way around it began.
+/// P-PAST-NAMED: in the first two seeds a stale plan was executed after the journal had lost its tail, since the rover's planner
+/// looked at who planned for the helicopter.
+/// P-SIMULATED-MIXED: in the third a rover announced the same route again and again, since a robot that still acted stood where
+/// each way around it began.
 #[test]
 fn seeds_that_once_broke_a_promise_break_none() {
     for (missions, seed) in [(Missions::Mixed, 7163), (Missions::Mixed, 9861), (Missions::Mixed, 1213)] {
