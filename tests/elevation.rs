@@ -261,14 +261,19 @@ fn an_elevation_model_alone_is_a_mission() {
     }
     refuses(&mission, &["run", "--scenario", "mars", "--dem", "nowhere.tif"], &["--dem", "nowhere.tif"]);
     refuses(&mission, &["run", "--dem", "nowhere.tif"], &["--dem", "nowhere.tif"]);
+}
 
-    // P-NO-GROUND: on another ground the mission is neither repeated nor shown.
+/// P-NO-GROUND: whoever repeats, compares or shows a mission does so on the ground that it was flown on.
+#[test]
+fn on_another_ground_a_mission_is_neither_repeated_nor_shown() {
+    let mission = mission("other-ground", &geotiff().bytes());
+    let flown = mission.hopper(&["run", "--lockstep", "--dem", "model", "--out", "once"]).output().unwrap();
+    assert_eq!(flown.status.code(), Some(0), "{}", stderr(&flown));
     let deeper = heights()
         .into_iter()
         .map(|height| if height < -4001.0 && height != NODATA { height - 0.5 } else { height });
-    let deeper =
-        GeoTiff { scale: Some(vec![4.98, 4.98, 0.0]), ..GeoTiff::new(WIDTH, HEIGHT, deeper.collect()) };
-    std::fs::write(mission.path("model"), GeoTiff { nodata: Some("-9999"), ..deeper }.bytes()).unwrap();
+    let deeper = GeoTiff { nodata: Some("-9999"), ..GeoTiff::new(WIDTH, HEIGHT, deeper.collect()) };
+    std::fs::write(mission.path("model"), deeper.bytes()).unwrap();
     for words in [
         &["run", "--lockstep", "--planners-from", "once"][..],
         &["journal", "verify", "once/journal", "--against-lockstep"],

@@ -21,8 +21,8 @@ fn numbers_of_robots(csv: &str) -> Vec<u64> {
 }
 
 /// The recording has every route that the records of `robot` announce, under the robot's own name. Returns whether it has routes.
-fn assert_recorded(robot: u64, exported: &impl Fn(&[&str]) -> String) -> bool {
-    let rows = |topic: &str| -> Vec<serde_json::Value> {
+fn assert_routes_recorded(robot: u64, exported: &impl Fn(&[&str]) -> String) -> bool {
+    let rows = |topic: &str| -> Vec<Value> {
         let text = exported(&["--topic", topic, "--format", "json"]);
         text.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
     };
@@ -93,7 +93,7 @@ fn an_expedition_flown_live_has_the_digest_of_lockstep() {
     let teams = exported(&["--topic", "hop/team"]);
     assert_eq!(numbers_of_robots(&teams), [0, 1, 2, 3, 4, 5], "a row a robot");
     assert!(teams.contains(",standing,") && teams.contains(",done,"), "{teams}");
-    let with_routes: Vec<u64> = (0..6).filter(|robot| assert_recorded(*robot, &exported)).collect();
+    let with_routes: Vec<u64> = (0..6).filter(|robot| assert_routes_recorded(*robot, &exported)).collect();
     assert!([1, 4].iter().all(|helicopter| with_routes.contains(helicopter)), "{with_routes:?}");
     assert!((1..=6).contains(&robots_with_commands(&json(&read), &exported)), "{}", json(&read));
     let unknown = mission.hopper(&["bag", "export", "whole.mcap", "--topic", "hop/rovers"]).output().unwrap();
@@ -156,7 +156,7 @@ fn a_mission_with_nothing_to_do_is_at_its_goal_wherever_it_is_shown() {
         [truth.mobility]\nseed = 1\nspeeds = [0.0, 0.0, 0.0, 1.0]\n[brief]\nname = \"at-once\"\nstart = [1, 1]\ngoal = [2, 1]\n\
         [mission]\nkind = \"scout\"\n[[robots]]\nvehicle = \"rover\"\n";
     std::fs::write(mission.path("at-once.toml"), text).unwrap();
-    let json = |words: &[&str]| -> serde_json::Value {
+    let json = |words: &[&str]| -> Value {
         let output = mission.hopper(words).output().unwrap();
         assert_eq!(output.status.code(), Some(0), "{words:?}: {}", stderr(&output));
         serde_json::from_slice(&output.stdout).unwrap()

@@ -109,11 +109,11 @@ impl OutputDir {
         let is_absent = |name: &&str| dir.join(name).symlink_metadata().is_err();
         let absent: Vec<_> = FILES.into_iter().filter(is_absent).collect();
         let began = !Journal::exists(&journal_dir);
-        // Whoever keeps a scenario there has only that file.
+        // A mission writes both files: a scenario alone is the user's.
         if began && !absent.contains(&"scenario.toml") && absent.contains(&"provenance.json") {
             return Err(Failure::usage(format!(
-                "an output folder needs to be new or one of an earlier run, got {} with a scenario.toml of yours, which the \
-                 mission's would replace: name another folder",
+                "an output folder needs to be new or one of an earlier run, got {} with a scenario.toml of yours, which \
+                 would be replaced: name another folder",
                 dir.display()
             )));
         }

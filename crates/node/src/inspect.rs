@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use contract::protocol::peer_table::SILENCE_NS;
+use contract::protocol::peer_table::{LISTENING_NS, SILENCE_NS};
 use contract::{
     Brief, Heartbeat, Incarnation, Leader, MissingPeer, MonotonicNs, Name, PeerTable, Profile, RobotId,
     RobotSet, Role, RunId, State, Status, Team,
@@ -22,9 +22,6 @@ use crate::signature;
 
 /// Longest sleep while listening.
 const TICK: Duration = Duration::from_nanos(TICK_NS);
-
-/// How long to listen: several heartbeats, so that a silent process stands out.
-const LISTENING: Duration = Duration::from_millis(400);
 
 /// How the middleware sees a process.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -255,7 +252,7 @@ impl Report {
         let mut heartbeats = visitor.reader::<Heartbeat>(robot, false)?;
         let mut peer_table = PeerTable::default();
         let (mut brief, mut state, mut team) = (None::<Brief>, None::<State>, None::<Team>);
-        let until = Node::now().plus_ns(LISTENING.as_nanos() as u64);
+        let until = Node::now().plus_ns(LISTENING_NS);
         while Node::now() < until && !visitor.stop_requested() {
             visitor.sleep(TICK);
             for beat in heartbeats.drain().into_iter().flatten() {

@@ -308,7 +308,7 @@ impl Stamps {
             return same("a landing published again", through, need, (sensed, published));
         }
         same("patch.sensed and published", through, (mapper.sensed, now), (sensed, published))?;
-        // What comes next of the past as it was is no new beginning.
+        // A perception that publishes the next landing has not begun anew yet.
         let goes_on = mapper.told.is_some_and(|((of, before, _), ..)| of == run && before < through);
         mapper.may_begin_anew &= goes_on;
         mapper.told = Some((at, sensed, published));

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use contract::limits::PAST_PAGE_RECORDS;
-use contract::protocol::peer_table::BEAT_PERIOD_NS;
+use contract::protocol::peer_table::LISTENING_NS;
 use contract::{
     Brief, Decision, Heartbeat, MonotonicNs, PageCursor, PastPage, PastRequest, PeerTable, RobotId, Role,
 };
@@ -66,9 +66,6 @@ struct Source {
     seed: Option<String>,
     conditions: Conditions,
 }
-
-/// How long a running instance is listened to at least, nanoseconds: every process beats several times.
-const LISTENING_NS: u64 = 8 * BEAT_PERIOD_NS;
 
 /// What two missions that are compared do not have in common, and should. The names are those of the JSON.
 #[derive(Debug, PartialEq, Serialize)]
@@ -219,7 +216,9 @@ fn living(name: &str, wait: Duration) -> Result<Option<Source>, Failure> {
     let all_heard = Node::now().plus_ns(LISTENING_NS);
     let flown = loop {
         let now = Node::now();
-        if let Some(request) = (now >= all_heard).then(|| gathered.ask(now)).flatten() {
+        if now >= all_heard
+            && let Some(request) = gathered.ask(now)
+        {
             past.request(request)?;
         }
         node.sleep(Duration::from_nanos(TICK_NS));

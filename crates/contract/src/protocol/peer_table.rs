@@ -11,6 +11,9 @@ pub const SILENCE_NS: u64 = 1_000_000_000;
 /// How often a process beats.
 pub const BEAT_PERIOD_NS: u64 = 50_000_000;
 
+/// How long whoever looks in listens before all that live count as heard, nanoseconds: several heartbeats.
+pub const LISTENING_NS: u64 = 8 * BEAT_PERIOD_NS;
+
 /// One process as last heard of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Peer {

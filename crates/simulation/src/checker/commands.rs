@@ -109,7 +109,7 @@ impl Checker {
     pub(crate) fn passed_over(&mut self, record: &Record, lives: &[Rc<Life>]) {
         let (run, robot) = (self.mission.brief.run, record.robot);
         if self.mapped != Some((run, record.decision)) {
-            // Without the map of the landing nobody can plan.
+            // Nobody can plan without the map of the landing.
             return;
         }
         for life in lives {

@@ -318,12 +318,7 @@ impl Info {
             Some(fault) => line("whole", &format!("no: {fault}; {} bytes are lost", self.lost_bytes)),
         }
         if self.undecodable > 0 {
-            let are = if self.undecodable == 1 {
-                "message cannot be decoded and is"
-            } else {
-                "messages cannot be decoded and are"
-            };
-            line("damaged", &format!("{} {are} left out", self.undecodable));
+            line("damaged", &format!("messages left out that cannot be decoded: {}", self.undecodable));
         }
         if self.run.is_none() {
             line("mission", &self.no_mission());
