@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use ::scouting::Spread;
+use p21::Spread;
 use hopper::files::write_into;
 use hopper::stdout::print;
 use node::{Exit, Failure};

@@ -12,7 +12,7 @@ use crate::file::{check_name, check_repetitions};
 use crate::trial_plan::{Identity, check_hash, foreign};
 use crate::{CampaignError, TrialPlan, TrialRow};
 
-/// A study of a paper, with its settings: what its trials are, and what their results look like.
+/// A study, with its settings: what its trials are, and what their results look like.
 pub trait Study: Clone + Default + PartialEq + Serialize + DeserializeOwned {
     /// Its name in campaign files.
     const NAME: &'static str;

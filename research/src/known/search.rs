@@ -1,7 +1,7 @@
 //! `hopper known search`: searches for the reading of the paper that reproduces most of its claims.
 
-use ::known::search::{self, Found, Judged, Search};
-use ::known::{P22, Reading};
+use p22::search::{self, Found, Judged, Search};
+use p22::{P22, Reading};
 use hopper::stdout::print;
 use node::{Exit, Failure};
 use rayon::prelude::*;

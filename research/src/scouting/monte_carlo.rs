@@ -2,7 +2,7 @@
 
 use ::campaign::statistics::wilson;
 use ::report::picture::{FieldMap, Way};
-use ::scouting::{Arm, Samples, Spread, monte_carlo};
+use p21::{Arm, Samples, Spread, monte_carlo};
 use node::{Exit, Failure};
 use serde::Serialize;
 

@@ -3,7 +3,7 @@
 use std::sync::LazyLock;
 
 use ::campaign::{CampaignError, Study};
-use ::scouting::{Arm, Ending, LargeMap, Outcome, Samples, Setup, World, spread_shown};
+use p21::{Arm, Ending, LargeMap, Outcome, Samples, Setup, World, spread_shown};
 use node::Failure;
 use serde::{Deserialize, Serialize};
 

@@ -3,7 +3,7 @@
 use std::sync::LazyLock;
 
 use ::campaign::{CampaignError, Study};
-use ::scouting::{Arm, Ending, Outcome, Samples, Setup, monte_carlo};
+use p21::{Arm, Ending, Outcome, Samples, Setup, monte_carlo};
 use node::Failure;
 use serde::{Deserialize, Serialize};
 

@@ -3,7 +3,7 @@
 use std::sync::LazyLock;
 
 use ::campaign::{CampaignError, Study};
-use ::scouting::{CellType, Choice, GRID_SIDE, SingleGrid, simple_paths};
+use p21::{CellType, Choice, GRID_SIDE, SingleGrid, simple_paths};
 use node::Failure;
 use serde::{Deserialize, Serialize};
 
