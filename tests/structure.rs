@@ -237,7 +237,9 @@ fn engines_own_no_clock_no_port_no_thread_and_no_unordered_map() {
     // The page's sockets; the solver's second thread, for whoever asks for it: the values are the same without.
     assert_eq!(waived, set(&["crates/solver/src/cold/sweep.rs", "monitor/src/web/mod.rs"]));
     // The simulation links every engine but the others.
-    for package in ["simulation", "campaign", "p19", "p22", "p23", "hopper-coverage-world", "hopper-scout-world"] {
+    for package in
+        ["simulation", "campaign", "p19", "p22", "p23", "hopper-coverage-world", "hopper-scout-world"]
+    {
         let known = linked(package, &["--no-default-features"]);
         for stranger in [
             "hopper-node",

@@ -10,10 +10,10 @@ use contract::{
 };
 use hopper_sim::Mission;
 use lockstep::{Flown, PlannerSchedule};
+use p21::{Arm, Outcome, RoverPlanner, Samples, Setup, World, announce, monte_carlo};
 use planner::{Budget, DRIVE_ALGORITHMS, Plan, Planner, Situation};
 use rover::Point;
 use scenario::Scenario;
-use p21::{Arm, Outcome, RoverPlanner, Samples, Setup, World, announce, monte_carlo};
 
 /// A mission on the world of a seed, each robot with its planner.
 fn mission(seed: u64, robots: &[(&str, &str)], hazard_max: f64) -> (Mission, PlannerSchedule) {
@@ -34,7 +34,9 @@ fn mission_in(
     );
     for (vehicle, _) in robots {
         text += &format!("[[robots]]\nvehicle = \"{vehicle}\"\nspeed_mps = 5.0\n");
-        if let Some(accuracy) = accuracy.filter(|_| *vehicle == "helicopter") {
+        if *vehicle == "helicopter"
+            && let Some(accuracy) = accuracy
+        {
             text += &format!("accuracy = {accuracy:?}\n");
         }
     }

@@ -64,7 +64,8 @@ impl Account {
     /// all [`CASES`] on it.
     #[must_use]
     pub fn new(seed: u64, worlds: &[(u64, &[Steps])]) -> Self {
-        let of_case = |(case, asked)| Row::all(asked, worlds.iter().map(move |(_, outcomes)| &outcomes[case]));
+        let of_case =
+            |(case, asked)| Row::all(asked, worlds.iter().map(move |(_, outcomes)| &outcomes[case]));
         let mut rows = CASES.iter().enumerate().map(of_case);
         let mut next = |cases: usize| rows.by_ref().take(cases).collect::<Vec<_>>();
         Self {

@@ -15,12 +15,10 @@ use std::hint::black_box;
 
 use helicopter::{BUDGET_M, Camera, scout};
 use kiddo::{KdTree, SquaredEuclidean};
+use p21::{Arm, LargeMap, RoverPlanner, Samples, Setup, World, announce, fly, monte_carlo, monte_carlo_of};
 use routing::{BucketGrid, RrtStarIt, Stream, Trip, ett_exact, pull_tight, rrt_star_ett, rrt_star_it};
 use rover::{Belief, Caution, CostMap, Lattice, Point};
 use rustix::time::{ClockId, clock_gettime};
-use p21::{
-    Arm, LargeMap, RoverPlanner, Samples, Setup, World, announce, fly, monte_carlo, monte_carlo_of,
-};
 
 /// Rounds of each row, each on a world of its own where worlds are drawn.
 const ROUNDS: u64 = 5;

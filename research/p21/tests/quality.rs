@@ -1,8 +1,8 @@
 //! How good the rover's routes are on the worlds of the study, beside a bound that no route can pass.
 
+use p21::{Samples, monte_carlo};
 use routing::{ett_exact, lower_bound, rrt_star_ett};
 use rover::Caution;
-use p21::{Samples, monte_carlo};
 
 /// P-ROUTE-GAP.
 #[test]

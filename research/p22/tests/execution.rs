@@ -13,15 +13,15 @@ fn exact(world: &KnownMap, model: &Model, plan: &Plan) -> f64 {
     for _ in 0..HOPS_MAX {
         let mut next = vec![0.0; model.cells() + 1];
         for cell in 0..model.cells() {
-            match plan.solution.policy[cell].filter(|_| cell != goal) {
-                None => next[cell] += at[cell],
-                Some(choice) => {
+            match plan.solution.policy[cell] {
+                Some(choice) if cell != goal => {
                     let scatter = model.choices[choice].scatter;
                     let chances = [scatter.intended, scatter.stayed, scatter.left, scatter.right];
                     for (landing, chance) in model.landings[choice].iter().zip(chances) {
                         next[landing.index] += chance * at[cell];
                     }
                 }
+                _ => next[cell] += at[cell],
             }
         }
         next[model.cells()] += at[model.cells()];

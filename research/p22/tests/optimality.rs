@@ -3,9 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
 use contract::{Cell, Grid, Ground, Soil};
-use p22::{
-    Edge, Experiment, GoalPayoff, HalfHops, KnownMap, Model, P22, PayoffCell, Plan, Reading, Weights,
-};
+use p22::{Edge, Experiment, GoalPayoff, HalfHops, KnownMap, Model, P22, PayoffCell, Plan, Reading, Weights};
 use proptest::prelude::*;
 
 /// A world of 3 × 2 cells from one corner to the other.

@@ -1,7 +1,7 @@
 //! The predecessor paper's figures: plans on ground known from edge to edge.
 
-use p22::{Findings, P22};
 use node::Failure;
+use p22::{Findings, P22};
 
 use super::Figure;
 

@@ -2,11 +2,11 @@
 
 use std::path::PathBuf;
 
-use p22::{Experiment, Hop, KnownMap, Model, P22, Plan, Weights, figure};
 use contract::{Cell, Direction};
 use hopper::files::write_into;
 use hopper::stdout::print;
 use node::{Exit, Failure};
+use p22::{Experiment, Hop, KnownMap, Model, P22, Plan, Weights, figure};
 use serde::Serialize;
 
 use crate::form::{Form, heading, table};

@@ -5,9 +5,9 @@ use std::path::Path;
 use std::process::Command;
 use std::sync::Arc;
 
+use p21::{LargeMap, Samples, World, monte_carlo};
 use routing::{Goal, Trip, ett_exact, rrt_star_ett};
 use rover::{Caution, CostMap, Surface};
-use p21::{LargeMap, Samples, World, monte_carlo};
 
 use super::{median, timed_ms};
 
