@@ -207,9 +207,9 @@ impl<S: Study> TrialPlan for StudyPlan<S> {
 
     fn check(&self, row: &StudyRow<S>) -> Result<(), CampaignError> {
         let config = self.config();
-        let trial = self.trial(row.trial).filter(|_| row.config == config);
-        let Some(trial) = trial else {
-            return Err(foreign(row.trial, &format!("configuration {config}"), &row.config));
+        let trial = match self.trial(row.trial) {
+            Some(trial) if row.config == config => trial,
+            _ => return Err(foreign(row.trial, &format!("configuration {config}"), &row.config)),
         };
         let need = StudyRow::new(self, &trial, row.outcome.clone());
         if *row != need {
