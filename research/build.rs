@@ -6,7 +6,8 @@ use std::path::{Path, PathBuf};
 mod hash;
 
 /// What only studies use. What missions use too is in the version of the package `hopper`.
-const SOURCES: [&str; 3] = ["research/scouting/src", "research/src/studies", "research/src/studies.rs"];
+const SOURCES: [&str; 4] =
+    ["research/p19/src", "research/p21/src", "research/src/studies", "research/src/studies.rs"];
 
 fn main() {
     println!(

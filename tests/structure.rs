@@ -155,6 +155,27 @@ fn planners_for_coverage_never_depend_on_the_true_ground() {
     }
 }
 
+/// P-NO-PAPER.
+#[test]
+fn campaign_knows_no_paper() {
+    // What `cargo metadata` says of every dependency, those of tests included.
+    let arguments = ["--package", "campaign", "--edges", "normal,build,dev"];
+    let known = cargo_tree(&arguments);
+    for stranger in ["p19", "p21", "p22", "p23", "hopper-research"] {
+        assert!(is_absent(&known, stranger), "campaign depends on {stranger}");
+    }
+    for file in sources("crates/campaign") {
+        let text = read(&file).to_lowercase();
+        for name in ["paper", "p19", "p21", "p22", "p23"] {
+            assert!(!text.contains(name), "{} names {name}", file.display());
+        }
+    }
+    // Every package in `research/` but the commands is a paper's.
+    let packages = packages();
+    let papers = packages.iter().filter_map(|package| package.strip_prefix("research/"));
+    assert_eq!(papers.collect::<Vec<_>>(), ["p19", "p21", "p22", "p23"]);
+}
+
 #[test]
 fn perception_and_hopper_sim_never_depend_on_each_other_or_on_the_planner() {
     for (package, strangers) in [
@@ -215,8 +236,10 @@ fn engines_own_no_clock_no_port_no_thread_and_no_unordered_map() {
     }
     // The page's sockets; the solver's second thread, for whoever asks for it: the values are the same without.
     assert_eq!(waived, set(&["crates/solver/src/cold/sweep.rs", "monitor/src/web/mod.rs"]));
-    // The simulation links every engine but the other three.
-    for package in ["simulation", "campaign", "known", "hopper-coverage-world", "hopper-scout-world"] {
+    // The simulation links every engine but the others.
+    for package in
+        ["simulation", "campaign", "p19", "p22", "p23", "hopper-coverage-world", "hopper-scout-world"]
+    {
         let known = linked(package, &["--no-default-features"]);
         for stranger in [
             "hopper-node",
@@ -280,7 +303,9 @@ fn what_the_default_mission_does_not_need_is_not_built_for_it() {
         "hopper-view",
         "foxglove",
         "foxglove-server",
-        "known",
+        "p19",
+        "p21",
+        "p22",
         "hostile",
         "mcap",
         "ratatui",

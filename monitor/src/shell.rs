@@ -168,7 +168,11 @@ pub fn run(args: &Args, extensions: &Extensions) -> Result<Exit, Failure> {
     // Whoever looks at the page needs no port: the instance is free for the next mission.
     let shutdown = node.shutdown();
     drop(node);
-    if let Some(page) = page.filter(|_| args.view.serves_on() && !args.tui && exit != Exit::Interrupted) {
+    if let Some(page) = page
+        && args.view.serves_on()
+        && !args.tui
+        && exit != Exit::Interrupted
+    {
         serve_on(&page, &shutdown, args.peer.lifeline, "; --web-exit ends it with the mission")?;
     }
     Ok(exit)

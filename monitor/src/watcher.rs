@@ -422,8 +422,10 @@ impl Mission {
 
     /// Whether `state` is late: published before the last decision of the tally was executed.
     fn is_ahead_of(&self, state: &State) -> bool {
-        let last = self.tally.last.filter(|_| state.decision < self.tally.due());
-        last.is_some_and(|last| state.published <= last.timing.committed)
+        match self.tally.last {
+            Some(last) if state.decision < self.tally.due() => state.published <= last.timing.committed,
+            _ => false,
+        }
     }
 
     /// Where the hopper is known to stand: the state or, where the past is ahead of it, the tally.

@@ -229,7 +229,10 @@ impl Cartographer {
     #[must_use]
     pub fn page(&self, request: &MapRequest) -> Option<MapPage> {
         let map = self.observation.as_ref()?.map();
-        let through = map.through.filter(|_| self.caught_up() && self.stamped == map.through)?;
+        let through = map.through?;
+        if !self.caught_up() || self.stamped != map.through {
+            return None;
+        }
         if (request.run, request.robot) != (map.run, map.robot) {
             return None;
         }
@@ -392,7 +395,7 @@ impl Cartographer {
                         robots.iter().map(|robot| (robot.sensor, robot.start.cell)).collect();
                     observation.enter(terrain, &starts, decision);
                 } else {
-                    let moved = robots.get(usize::from(robot.0)).filter(|_| has_moved);
+                    let moved = if has_moved { robots.get(usize::from(robot.0)) } else { None };
                     let moved = moved.map(|robot| (robot.sensor, pose.cell));
                     observation.enter(terrain, moved.as_slice(), decision);
                 }
@@ -445,8 +448,8 @@ impl Cartographer {
         };
         let Some(seen) = self.tracks.fold(record) else { return false };
         let sensor = self.tracks.sensor(record.robot);
-        if let Some(sensor @ (Sensor::Disc | Sensor::Square { .. })) =
-            sensor.filter(|_| brief.mixed.is_some())
+        if brief.mixed.is_some()
+            && let Some(sensor @ (Sensor::Disc | Sensor::Square { .. })) = sensor
         {
             let here = record.pose.cell;
             let moved = record.outcome.from != record.outcome.to && counts_visits(sensor);

@@ -280,7 +280,9 @@ fn a_reader_that_misses_a_patch_catches_up() {
                 assert_whole(&replica, &source);
             }
         }
-        if let Some((observation, cells)) = before.filter(|_| missed < 11) {
+        if missed < 11
+            && let Some((observation, cells)) = before
+        {
             let map = replica.map().unwrap();
             let changed = map.changed_since(observation).expect("it was caught up with in place");
             let differ = (0..cells.len()).filter(|&index| cells[index] != map.cells()[index]);

@@ -247,9 +247,10 @@ impl<P: Ports> PlannerProcess<P> {
     /// plan any more.
     async fn plan(&mut self, ports: &mut P) -> Vec<Effect> {
         let seen = self.pilot.seen();
-        let Some(situation) = self.pilot.situation().filter(|_| self.pilot.awaits_plan()) else {
+        if !self.pilot.awaits_plan() {
             return Vec::new();
-        };
+        }
+        let Some(situation) = self.pilot.situation() else { return Vec::new() };
         let started = ports.now();
         let plan = {
             let host = RefCell::new((&mut self.membership, &mut *ports));

@@ -83,7 +83,8 @@ impl Planner for Faulty {
             Fault::Boasts => budget.work_max == Some(7),
             _ => false,
         };
-        let action = match best.filter(|_| !holds) {
+        let action = match best {
+            _ if holds => Action::Hold,
             Some(direction) if self.fault == Fault::Drives => Action::Step(direction),
             Some(direction) => Action::Hop(direction),
             None => Action::Hold,

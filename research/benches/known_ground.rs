@@ -9,7 +9,7 @@
 use std::hint::black_box;
 use std::time::Instant;
 
-use known::{Experiment, P22, Plan, Reading, Weights};
+use p22::{Experiment, P22, Plan, Reading, Weights};
 
 /// Plans of each kind.
 const ROUNDS: usize = 101;

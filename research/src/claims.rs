@@ -1,6 +1,6 @@
 //! Claims of papers, each judged.
 
-use ::scouting::Spread;
+use p21::Spread;
 use serde::Serialize;
 
 /// Whether a claim holds.

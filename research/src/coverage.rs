@@ -1,18 +1,16 @@
 //! `hopper coverage`: repeats Laîné & Yoshida 2019 (P19), whose rovers cover unknown ground.
 
-pub mod account;
 pub mod claims;
-pub mod estimate;
 pub mod figures;
-pub mod row;
 pub mod tables;
 
 use ::campaign::Study as _;
 use node::{Exit, Failure};
+use p19::{Asked, CASES};
 
 use crate::report::Publication;
 use crate::reported::Reported;
-use crate::studies::coverage::{Asked, CASES, Coverage};
+use crate::studies::coverage::Coverage;
 use crate::studies::{FlownWorld, fly_all, plan};
 
 /// Arguments of `hopper coverage`.

@@ -2,10 +2,10 @@
 
 use std::path::PathBuf;
 
-use ::scouting::Spread;
 use hopper::files::write_into;
 use hopper::stdout::print;
 use node::{Exit, Failure};
+use p21::Spread;
 use serde::Serialize;
 
 use crate::claims::{Claim, Verdict, not_borne_out};

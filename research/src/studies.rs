@@ -3,7 +3,6 @@
 //! A study is flown trial by trial, each on a world of its own seed. `hopper scouting` and `hopper coverage` keep the outcomes
 //! in memory, `hopper campaign run` keeps them as rows; the report is made of the same outcomes either way.
 
-pub mod case;
 pub mod coverage;
 pub mod large;
 pub mod monte_carlo;

@@ -30,7 +30,7 @@ fn a_figure_drawn_again_is_the_one_in_docs() {
     }
 }
 
-/// A measurement of `research/scouting/benches/anytime.csv` as a line of it.
+/// A measurement of `research/p21/benches/anytime.csv` as a line of it.
 fn line(side: u32, planner: &str, time: &str, above: &str) -> String {
     let (time, unit) = time.split_once(' ').unwrap();
     let time_ms: f64 = time.parse::<f64>().unwrap() * if unit == "s" { 1000.0 } else { 1.0 };

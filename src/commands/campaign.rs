@@ -3,6 +3,7 @@
 //! Campaigns of missions are flown in lockstep by this program. A campaign that names a study is handed to
 //! `hopper-research`, which links what the studies need; folders, shards, merging and the command line are those of here.
 
+mod built_in;
 pub mod fly;
 pub mod merge;
 mod regret;
@@ -12,7 +13,7 @@ pub mod run_args;
 pub mod store;
 pub mod trials;
 
-use ::campaign::{BUILT_IN, study};
+use ::campaign::study;
 use ::report::{Format, table};
 use node::{Exit, Failure};
 use scenario::description;
@@ -21,6 +22,8 @@ use serde::Serialize;
 use crate::progress::while_working;
 use crate::stdout::{print, print_json};
 use crate::tool;
+
+pub use built_in::BUILT_IN;
 
 /// Subcommands of `hopper campaign`.
 #[derive(clap::Subcommand, Clone, Debug)]

@@ -20,10 +20,10 @@ pub struct Cell {
     pub planner: String,
     /// Weights w1, w2, w3 of the payoff.
     pub weights: Weights,
-    /// Name of the reading of the paper's open points, in a campaign that compares some.
+    /// Name of the reading of the model's open points, in a campaign that compares some.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reading: Option<String>,
-    /// Steps, in the paper's count, after which a mission ends as a deadlock.
+    /// Steps after which a mission ends as a deadlock.
     pub steps_max: u64,
     /// SHA-256 over the resolved scenario and the planner, hexadecimal.
     pub config: String,

@@ -1,11 +1,10 @@
-//! The results of one cell: its statistics, its regret, and the paper's cell.
+//! The results of one cell: its statistics and its regret.
 
 use contract::{Profile, Weights};
 use serde::Serialize;
 
-use crate::paper_comparison::PaperComparison;
 use crate::tally::CellStatistics;
-use crate::{Cell, Tally, paper};
+use crate::{Cell, Tally};
 
 /// The results of one cell. Serialised, its statistics are fields of the cell itself.
 #[derive(Clone, Debug, Serialize)]
@@ -18,27 +17,22 @@ pub struct CellResults<'a> {
     pub planner: &'a str,
     /// Weights of the payoff.
     pub weights: Weights,
-    /// Name of the reading of the paper's open points, in a campaign that compares some.
+    /// Name of the reading of the model's open points, in a campaign that compares some.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reading: Option<&'a str>,
-    /// Steps, in the paper's count, after which a mission ends as a deadlock.
+    /// Steps after which a mission ends as a deadlock.
     pub steps_max: u64,
     /// Statistics over the trials.
     #[serde(flatten)]
     pub statistics: CellStatistics,
     /// Distance from the clairvoyant's bounds; `None` where they are not known.
     pub regret: Option<Regret>,
-    /// Comparison with the paper's cell; `None` if there is none or it was not asked for.
-    pub paper: Option<PaperComparison>,
 }
 
 impl<'a> CellResults<'a> {
-    /// The results of `cell`, compared with the paper if `against_paper`, and with the bounds of its terrain if
-    /// they are known.
-    pub(crate) fn new(cell: &'a Cell, tally: &Tally, against_paper: bool, bound: Option<Bound>) -> Self {
+    /// The results of `cell`, compared with the bounds of its terrain if they are known.
+    pub(crate) fn new(cell: &'a Cell, tally: &Tally, bound: Option<Bound>) -> Self {
         let statistics = tally.statistics(cell.steps_max);
-        let published =
-            paper::published(&cell.scenario, &cell.planner, &cell.weights).filter(|_| against_paper);
         Self {
             scenario: &cell.scenario,
             profile: cell.profile,
@@ -46,7 +40,6 @@ impl<'a> CellResults<'a> {
             weights: cell.weights,
             reading: cell.reading.as_deref(),
             steps_max: cell.steps_max,
-            paper: published.map(|published| PaperComparison::new(&published, &statistics)),
             regret: bound.map(|bound| Regret::new(bound, &statistics)),
             statistics,
         }

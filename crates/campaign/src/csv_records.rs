@@ -33,20 +33,12 @@ impl CampaignResults<'_> {
             "bound_restricted_mean_steps",
             "regret_success",
             "regret_restricted_mean_steps",
-            "paper_table",
-            "paper_successes",
-            "paper_steps_mean",
-            "paper_steps_sd",
-            "success_difference_se",
-            "steps_difference_se",
-            "paper_mean_treasures",
-            "treasures_difference_se",
         ];
         let exact = |value: Option<f64>| value.map_or(String::new(), |value| value.to_string());
         let mut records = vec![headings.map(String::from).to_vec()];
         for cell in &self.cells {
             let statistics = &cell.statistics;
-            let (paper, regret) = (cell.paper.as_ref(), cell.regret.as_ref());
+            let regret = cell.regret.as_ref();
             let kind = |kind: &str| statistics.failures.get(kind).copied().unwrap_or(0).to_string();
             records.push(vec![
                 cell.scenario.into(),
@@ -74,14 +66,6 @@ impl CampaignResults<'_> {
                 exact(regret.map(|regret| regret.bound.restricted_mean_steps)),
                 exact(regret.and_then(|regret| regret.success)),
                 exact(regret.and_then(|regret| regret.restricted_mean_steps)),
-                paper.map_or(String::new(), |paper| paper.table.to_string()),
-                paper.map_or(String::new(), |paper| paper.successes.to_string()),
-                exact(paper.and_then(|paper| paper.steps.mean)),
-                exact(paper.and_then(|paper| paper.steps.sd)),
-                exact(paper.and_then(|paper| paper.success_difference_se)),
-                exact(paper.and_then(|paper| paper.steps_difference_se)),
-                exact(paper.and_then(|paper| paper.treasures?.mean)),
-                exact(paper.and_then(|paper| paper.treasures_difference_se)),
             ]);
         }
         records

@@ -15,12 +15,12 @@ const BOTTOM: f64 = 52.0;
 
 impl Report {
     /// One histogram of steps over successful trials for each cell, with its mean and the number of successes,
-    /// all on one axis from 0 to the largest step limit.
+    /// all on one axis from 0 to the largest step limit; `axis` is what the axis says.
     #[must_use]
-    pub fn distribution_svg(&self) -> String {
+    pub fn distribution_svg(&self, axis: &str) -> String {
         let cells: Vec<_> = self.cells().filter(|(_, tally)| tally.trials() > 0).collect();
         let steps_max = cells.iter().map(|(cell, _)| cell.steps_max).max().unwrap_or(150);
-        // At the paper's limit of 150 steps a bin is one hop (2 steps); larger limits keep the number of bins.
+        // At the usual limit of 150 steps a bin is one hop (2 steps); larger limits keep the number of bins.
         let bin = 2 * (steps_max / 150).max(1);
         let bottom = TOP + ROW * cells.len() as f64;
         let mut svg = format!(
@@ -44,7 +44,7 @@ impl Report {
         }
         let _ = writeln!(
             svg,
-            "<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"middle\">steps, in the paper's count</text>",
+            "<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{axis}</text>",
             x(steps_max as f64 / 2.0),
             bottom + 38.0
         );

@@ -28,15 +28,15 @@ pub struct Campaign {
     pub repetitions: u64,
     /// Names of built-in scenarios, or files relative to the folder of the campaign file.
     pub scenarios: Vec<String>,
-    /// Profiles: readings of the model; `paper-2023` alone by default.
-    #[serde(default = "paper")]
+    /// Profiles: readings of the model; by default only that of a scenario that names none.
+    #[serde(default = "default_profiles")]
     pub profiles: Vec<Profile>,
     /// Names of algorithms.
     pub planners: Vec<String>,
     /// Weightings that replace the scenario's; if empty, the scenario's own is used.
     #[serde(default)]
     pub weights: Vec<Weighting>,
-    /// Readings of the paper's open points that replace the scenario's; if empty, the scenario's own is used.
+    /// Readings of the model's open points that replace the scenario's; if empty, the scenario's own is used.
     #[serde(default)]
     pub readings: Vec<NamedReading>,
 }
@@ -185,6 +185,6 @@ fn first_twice<T: PartialEq>(list: &[T]) -> Option<&T> {
     list.iter().enumerate().find(|(i, item)| list[..*i].contains(item)).map(|(_, item)| item)
 }
 
-fn paper() -> Vec<Profile> {
-    vec![Profile::Paper2023]
+fn default_profiles() -> Vec<Profile> {
+    vec![scenario::DEFAULT_PROFILE]
 }

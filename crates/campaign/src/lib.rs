@@ -2,8 +2,7 @@
 //!
 //! A [`Campaign`] is read from TOML and becomes a [`Plan`] of numbered [`Cell`]s. The seed of each [`Trial`]
 //! depends only on the campaign's seed, the cell and the repetition, so a [`Row`] is the same whichever job,
-//! shard or resumption flew it. A [`Report`] folds rows in constant memory and compares them with the
-//! published tables of [`paper`].
+//! shard or resumption flew it. A [`Report`] folds rows in constant memory.
 //!
 //! A campaign may also name a [`Study`] in place of a grid. What its trials are and what it reports is known to whoever
 //! implements that trait; files, plans and rows are those of [`study`]. Folders, shards and merging know only
@@ -13,12 +12,9 @@
 
 #![warn(clippy::disallowed_methods)]
 
-pub mod agreement;
-mod built_in;
 pub mod cell;
 pub mod cell_results;
 pub mod checksum;
-pub mod comparison;
 mod csv_records;
 mod distribution;
 pub mod error;
@@ -27,12 +23,8 @@ pub mod manifest;
 pub mod markdown;
 mod markdown_report;
 mod missions;
-mod notation;
-pub mod paper;
-pub mod paper_comparison;
-pub mod paper_tests;
+pub mod notation;
 pub mod plan;
-pub mod reading_scores;
 pub mod report;
 pub mod row;
 pub mod rows;
@@ -42,15 +34,12 @@ pub mod study;
 pub mod tally;
 pub mod trial_plan;
 
-pub use built_in::BUILT_IN;
 pub use cell::Cell;
 pub use cell_results::Bound;
-pub use comparison::Comparison;
 pub use error::CampaignError;
 pub use file::Campaign;
 pub use manifest::Manifest;
 pub use plan::{Plan, Trial};
-pub use reading_scores::ReadingScores;
 pub use report::Report;
 pub use row::Row;
 pub use rows::Rows;

@@ -3,9 +3,7 @@
 use contract::{Profile, Weights};
 use serde::Serialize;
 
-use crate::agreement::{Agreement, agreements};
 use crate::cell_results::{Bound, CellResults};
-use crate::paper_tests::{PaperTest, paper_tests};
 use crate::statistics::{Welch, share_difference, welch};
 use crate::{Cell, Plan, Row, Tally, TrialPlan};
 
@@ -16,8 +14,8 @@ pub struct Report {
     tallies: Vec<Tally>,
 }
 
-/// The results of a campaign. Serialised, it is the JSON report.
-#[derive(Clone, Debug, Serialize)]
+/// The results of a campaign.
+#[derive(Clone, Debug)]
 pub struct CampaignResults<'a> {
     /// Name of the campaign.
     pub campaign: &'a str,
@@ -35,10 +33,6 @@ pub struct CampaignResults<'a> {
     pub cells: Vec<CellResults<'a>>,
     /// Tests between planners on the same terrain under the same weights.
     pub planners: Vec<PlannerComparison<'a>>,
-    /// Agreement with the paper, by profile; empty unless asked for.
-    pub against: Vec<Agreement>,
-    /// The paper's t-tests and ours; empty unless asked for.
-    pub tests: Vec<PaperTest>,
 }
 
 /// Two planners on the same terrain under the same weights.
@@ -77,16 +71,15 @@ impl Report {
         }
     }
 
-    /// The results, compared with the paper if `against_paper`. `bounds` are those of the cells in their order,
-    /// `None` or missing where not known.
+    /// The results. `bounds` are those of the cells in their order, `None` or missing where not known.
     #[must_use]
-    pub fn results(&self, against_paper: bool, bounds: &[Option<Bound>]) -> CampaignResults<'_> {
+    pub fn results(&self, bounds: &[Option<Bound>]) -> CampaignResults<'_> {
         let cells: Vec<_> = self
             .cells()
             .enumerate()
             .map(|(place, (cell, tally))| {
                 let bound = bounds.get(place).copied().flatten();
-                CellResults::new(cell, tally, against_paper, bound)
+                CellResults::new(cell, tally, bound)
             })
             .collect();
         CampaignResults {
@@ -97,8 +90,6 @@ impl Report {
             trials: self.plan.trials(),
             flown: self.tallies.iter().map(Tally::trials).sum(),
             planners: planner_comparisons(&cells),
-            against: if against_paper { agreements(&cells) } else { Vec::new() },
-            tests: if against_paper { paper_tests(&cells) } else { Vec::new() },
             cells,
         }
     }

@@ -60,7 +60,7 @@ pub struct Row {
     pub distance: f64,
     /// Final status of the mission.
     pub outcome: Status,
-    /// Steps, in the paper's count.
+    /// Steps, in the count of the mission's limits.
     pub steps: u64,
     /// Number of hops commanded.
     pub hops: u64,
@@ -77,7 +77,7 @@ pub struct Row {
 pub struct TrialResult {
     /// Final status of the mission.
     pub outcome: Status,
-    /// Steps, in the paper's count.
+    /// Steps, in the count of the mission's limits.
     pub steps: u64,
     /// Number of hops commanded.
     pub hops: u64,

@@ -36,7 +36,8 @@ impl Sample {
     }
 
     /// Squared standard error of the mean.
-    pub(crate) fn variance_of_mean(&self) -> Option<f64> {
+    #[must_use]
+    pub fn variance_of_mean(&self) -> Option<f64> {
         Some(self.sd?.powi(2) / self.count as f64)
     }
 }
@@ -94,8 +95,7 @@ pub fn welch(a: &Sample, b: &Sample) -> Option<Welch> {
     Some(Welch { t, degrees, p: 2.0 * student.sf(t.abs()), critical: student.inverse_cdf(0.975) })
 }
 
-/// Student's t of two means with pooled variance, as the paper computes it. `None` if a sample has fewer than
-/// two values or neither varies.
+/// Student's t of two means with pooled variance. `None` if a sample has fewer than two values or neither varies.
 #[must_use]
 pub fn student(a: &Sample, b: &Sample) -> Option<f64> {
     let (na, nb) = (a.count as f64, b.count as f64);

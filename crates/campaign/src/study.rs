@@ -12,7 +12,7 @@ use crate::file::{check_name, check_repetitions};
 use crate::trial_plan::{Identity, check_hash, foreign};
 use crate::{CampaignError, TrialPlan, TrialRow};
 
-/// A study of a paper, with its settings: what its trials are, and what their results look like.
+/// A study, with its settings: what its trials are, and what their results look like.
 pub trait Study: Clone + Default + PartialEq + Serialize + DeserializeOwned {
     /// Its name in campaign files.
     const NAME: &'static str;
@@ -207,9 +207,9 @@ impl<S: Study> TrialPlan for StudyPlan<S> {
 
     fn check(&self, row: &StudyRow<S>) -> Result<(), CampaignError> {
         let config = self.config();
-        let trial = self.trial(row.trial).filter(|_| row.config == config);
-        let Some(trial) = trial else {
-            return Err(foreign(row.trial, &format!("configuration {config}"), &row.config));
+        let trial = match self.trial(row.trial) {
+            Some(trial) if row.config == config => trial,
+            _ => return Err(foreign(row.trial, &format!("configuration {config}"), &row.config)),
         };
         let need = StudyRow::new(self, &trial, row.outcome.clone());
         if *row != need {

@@ -72,7 +72,7 @@ impl Horizon {
         let grid = brief.grid;
         let arrives = |to: Cell| {
             let stands = to == brief.goal || terrain.ground(to).is_some_and(|ground| ground.passable);
-            grid.index(to).filter(|_| stands)
+            if stands { grid.index(to) } else { None }
         };
         let hops_from = |cell: Cell| {
             let ground = terrain.ground(cell)?;

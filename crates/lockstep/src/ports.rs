@@ -247,7 +247,10 @@ impl<Q: Request> process::Server<Q> for Server<Q> {
         for (index, (request, asker)) in asked.iter().enumerate() {
             // A client asks one thing at a time: its last request counts.
             let again = asked.iter().skip(index + 1).any(|(_, later)| later.ptr_eq(asker));
-            let Some(answers) = asker.upgrade().filter(|_| !again) else { continue };
+            if again {
+                continue;
+            }
+            let Some(answers) = asker.upgrade() else { continue };
             match answer(request) {
                 Some(response) => answers.borrow_mut().push_back(response),
                 // Clients ask again after a while, but no time passes here: it is answered once it can be.

@@ -10,10 +10,10 @@ use contract::{
 };
 use hopper_sim::Mission;
 use lockstep::{Flown, PlannerSchedule};
+use p21::{Arm, Outcome, RoverPlanner, Samples, Setup, World, announce, monte_carlo};
 use planner::{Budget, DRIVE_ALGORITHMS, Plan, Planner, Situation};
 use rover::Point;
 use scenario::Scenario;
-use scouting::{Arm, Outcome, RoverPlanner, Samples, Setup, World, announce, monte_carlo};
 
 /// A mission on the world of a seed, each robot with its planner.
 fn mission(seed: u64, robots: &[(&str, &str)], hazard_max: f64) -> (Mission, PlannerSchedule) {
@@ -34,7 +34,9 @@ fn mission_in(
     );
     for (vehicle, _) in robots {
         text += &format!("[[robots]]\nvehicle = \"{vehicle}\"\nspeed_mps = 5.0\n");
-        if let Some(accuracy) = accuracy.filter(|_| *vehicle == "helicopter") {
+        if *vehicle == "helicopter"
+            && let Some(accuracy) = accuracy
+        {
             text += &format!("accuracy = {accuracy:?}\n");
         }
     }
@@ -132,7 +134,7 @@ fn compare(what: &str, flown: &Flown, records: &[Record], expected: &Outcome, he
 fn studied(world: &World, arm: Arm, planner: RoverPlanner, seed: u64) -> Outcome {
     let setup = Setup::new(planner, Samples::MONTE_CARLO);
     let announced = announce(world, &setup, seed);
-    scouting::fly(world, arm, &setup, seed, announced.as_ref())
+    p21::fly(world, arm, &setup, seed, announced.as_ref())
 }
 
 /// P-SCOUT-STUDY: route by route and bit by bit, in every arm that can be flown.
@@ -186,7 +188,7 @@ fn the_mission_with_a_camera_that_errs_is_that_of_the_study() {
                 let exact = Setup::new(RoverPlanner::RrtStarEtt, Samples::MONTE_CARLO);
                 let setup = Setup { sensor: Some((sensor, seed)), ..exact };
                 let announced = announce(&world, &setup, planner_seed);
-                let fly_study = |setup| scouting::fly(&world, arm, setup, planner_seed, announced.as_ref());
+                let fly_study = |setup| p21::fly(&world, arm, setup, planner_seed, announced.as_ref());
                 let expected = fly_study(&setup);
                 let (flown, records) = fly(mission, &schedule);
                 let vetoed = records.iter().filter(|record| record.vetoed.has(Action::Drive)).count();
@@ -312,13 +314,13 @@ fn the_mission_in_several_stages_is_that_of_the_study() {
                     let one = Setup::new(planner, Samples::MONTE_CARLO);
                     let setup = Setup { stages, sensor: sensor.map(|sensor| (sensor, seed)), ..one };
                     let announced = announce(&world, &setup, planner_seed);
-                    let expected = scouting::fly(&world, arm, &setup, planner_seed, announced.as_ref());
+                    let expected = p21::fly(&world, arm, &setup, planner_seed, announced.as_ref());
                     let (flown, records) = fly(mission, &schedule);
                     let vetoed = records.iter().filter(|record| record.vetoed.has(Action::Drive)).count();
                     assert_eq!(vetoed, 0, "planner and guard believe the same");
                     let what = format!("world {seed}, {arm:?}, {planner:?}, {stages} stages, {accuracy:?}");
                     flown_stages[compare_stages(&what, &flown, &records, &expected)] += 1;
-                    let kept = |pair: &[scouting::Stage]| pair[0].route.ends_with(&pair[1].route[1..]);
+                    let kept = |pair: &[p21::Stage]| pair[0].route.ends_with(&pair[1].route[1..]);
                     changed += usize::from(!expected.stages.windows(2).all(kept));
                 }
             }

@@ -86,11 +86,12 @@ impl Field<String> for [u8; Name::BYTES] {
     }
 
     fn from_proto(proto_value: &String, field: &str) -> Result<Self, Refusal> {
+        let length = proto_value.len();
+        if length >= Name::BYTES {
+            return Err(Refusal::malformed(field, "at most 31 bytes", short(proto_value)));
+        }
         let mut bytes = [0; Name::BYTES];
-        let target = bytes.get_mut(..proto_value.len()).filter(|_| proto_value.len() < Name::BYTES);
-        let target =
-            target.ok_or_else(|| Refusal::malformed(field, "at most 31 bytes", short(proto_value)))?;
-        target.copy_from_slice(proto_value.as_bytes());
+        bytes[..length].copy_from_slice(proto_value.as_bytes());
         Ok(bytes)
     }
 }

@@ -229,7 +229,7 @@ impl Summary {
         };
         // Ground of uncertain speed is flat.
         let has_heights = self.team.is_none_or(|team| team.covered.is_some());
-        if let Some(heights) = route.height_m.filter(|_| has_heights) {
+        if has_heights && let Some(heights) = route.height_m {
             way += &format!(", heights {:.2} to {:.2} m", heights.min, heights.max);
         }
         [(name, moves), ("route", way)]

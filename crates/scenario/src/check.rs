@@ -145,7 +145,9 @@ impl fmt::Display for ScenarioCheck {
                 100.0 * self.impassable_share
             ),
         )?;
-        if let Some(fleet) = self.fleet.as_ref().filter(|_| !brief.is_of_hopper()) {
+        if !brief.is_of_hopper()
+            && let Some(fleet) = &self.fleet
+        {
             let cover = self.brief.cover.map(cover_in_words);
             let scout = self.brief.scout.as_ref().map(scout_in_words);
             let mixed = self.brief.mixed.map(|mixed| {

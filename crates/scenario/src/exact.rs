@@ -33,8 +33,10 @@ impl<'de, T: Deserialize<'de>, const N: usize> Visitor<'de> for ExactVisitor<T, 
         while given.next_element::<IgnoredAny>()?.is_some() {
             length += 1;
         }
-        let values = values.try_into().ok().filter(|_| length == N);
-        values.map(Exact).ok_or_else(|| A::Error::invalid_length(length, &self))
+        match values.try_into() {
+            Ok(values) if length == N => Ok(Exact(values)),
+            _ => Err(A::Error::invalid_length(length, &self)),
+        }
     }
 }
 

@@ -45,7 +45,8 @@ pub use fitted::{Fitted, fitted, fitted_to, fitted_with};
 pub use fleet::{Fault, Fleet, OwnSensor, RobotRules, VehicleKind};
 pub use guard::GuardRules;
 pub use mission::{
-    MissionBrief, MissionLimits, OpenPoints, PayoffConstants, PayoffWeights, Ranges, Surveyed,
+    DEFAULT_PROFILE, MissionBrief, MissionLimits, OpenPoints, PayoffConstants, PayoffWeights, Ranges,
+    Surveyed,
 };
 pub use overrides::Overrides;
 pub use patrol::{MissionKind, MissionRules};

@@ -15,7 +15,7 @@ pub struct MissionBrief {
     /// Name of the scenario, up to 31 printable characters; that of the file by default.
     pub name: Option<String>,
     /// Reading of the model: `paper-2023` reproduces Sakamoto & Kunii 2023, `hopper` does better.
-    #[serde(default = "paper")]
+    #[serde(default = "default_profile")]
     #[cfg_attr(test, schemars(with = "String", extend("enum" = ["paper-2023", "hopper"])))]
     pub profile: Profile,
     /// Cell (x, y) to start from, counted from the south-western corner. Robots of `[[robots]]` have starts of their own.
@@ -196,8 +196,11 @@ fn is_default<T: Default + PartialEq>(value: &T) -> bool {
     *value == T::default()
 }
 
-fn paper() -> Profile {
-    Profile::Paper2023
+/// The profile of a mission that names none.
+pub const DEFAULT_PROFILE: Profile = Profile::Paper2023;
+
+fn default_profile() -> Profile {
+    DEFAULT_PROFILE
 }
 
 fn zero() -> Surveyed<f64> {

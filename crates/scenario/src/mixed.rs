@@ -52,7 +52,7 @@ impl Scenario {
                 Vehicle::Driver { start, goal, goal_radius_m } => start.distance_m(goal) <= goal_radius_m,
                 _ => false,
             };
-            if let Some(hopper) = robots.iter().position(is_goal).filter(|_| stays) {
+            if stays && let Some(hopper) = robots.iter().position(is_goal) {
                 let need = "another cell than the goal of a hopper, for a rover that covers ground or is at its goal";
                 let got = format!("{} of robot {number}, the goal of robot {hopper}", robot.start.cell);
                 return refuse("robots.start", need, got);

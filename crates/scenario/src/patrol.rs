@@ -108,7 +108,9 @@ impl MissionRules {
             );
         }
         // A scenario that states the default is that which leaves it out.
-        self.stages = self.stages.filter(|_| stages > 1);
+        if stages <= 1 {
+            self.stages = None;
+        }
         let rover_samples = *self.rover_samples.get_or_insert(1200);
         let helicopter_samples = *self.helicopter_samples.get_or_insert(600);
         for (field, samples) in

@@ -214,9 +214,9 @@ impl Scenario {
             Vehicle::HopperTo { goal } => Some([robot.start.cell, goal]),
             _ => None,
         };
-        let ways: Vec<[Cell; 2]> = match fleet.filter(|_| brief.mixed.is_some()) {
-            Some(fleet) => fleet.robots.iter().filter_map(of_hopper).collect(),
-            None => vec![[brief.start, brief.goal]],
+        let ways: Vec<[Cell; 2]> = match fleet {
+            Some(fleet) if brief.mixed.is_some() => fleet.robots.iter().filter_map(of_hopper).collect(),
+            _ => vec![[brief.start, brief.goal]],
         };
         let given = &mut self.truth.treasures;
         if given.len() > TREASURES_MAX {
@@ -427,7 +427,10 @@ impl Scenario {
                 offset_m: sensor.offset_m,
                 radius_min_m: sensor.radius_min_m.unwrap_or_default(),
                 radius_max_m: sensor.radius_max_m.unwrap_or_default(),
-                gradient: sensor.gradient.filter(|_| has_hoppers).unwrap_or(GradientSource::Measured),
+                gradient: match sensor.gradient {
+                    Some(gradient) if has_hoppers => gradient,
+                    _ => GradientSource::Measured,
+                },
             },
         }
     }

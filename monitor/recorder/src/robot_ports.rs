@@ -73,7 +73,10 @@ impl<P: Ports, Q: Request> LateClient<P, Q> {
     /// # Errors
     /// If sending fails.
     pub fn ask(&mut self, ports: &mut P, request: Option<Q>, loss: &str) -> Result<(), P::Error> {
-        let Some(request) = request.filter(|_| !self.is_full) else { return Ok(()) };
+        if self.is_full {
+            return Ok(());
+        }
+        let Some(request) = request else { return Ok(()) };
         if self.client.is_none() {
             match ports.client(RobotId(0)) {
                 Ok(client) => self.client = Some(client),

@@ -126,7 +126,10 @@ impl History {
 
     fn status(&self, cursor: &mut Cursor, now: MonotonicNs) -> Option<Frame> {
         let (number, progress) = &self.progress;
-        let progress = progress.as_ref().filter(|_| *number > cursor.status)?;
+        let progress = progress.as_ref()?;
+        if *number <= cursor.status {
+            return None;
+        }
         cursor.status = *number;
         let peers = self.peers.peers();
         let peers = peers.iter().map(|peer| PeerRow {
@@ -327,7 +330,10 @@ fn event(event: &PeerEvent) -> Value {
 
 fn policy(run: &RunHistory, cursor: &mut Cursor) -> Option<Frame> {
     let (number, policy) = &run.policy;
-    let policy = policy.as_ref().filter(|_| *number > cursor.policies)?;
+    let policy = policy.as_ref()?;
+    if *number <= cursor.policies {
+        return None;
+    }
     cursor.policies = *number;
     let centre = run.state.map_or(run.brief.start, |state| state.pose.cell);
     let window = Window::around(&run.brief.grid, centre, policy)?;

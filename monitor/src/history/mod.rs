@@ -456,7 +456,7 @@ impl RunHistory {
         let is_whole = self.replica.map().is_some();
         self.whole = (is_whole, if is_whole && !was_whole { Some(now) } else { since });
         let is_late = self.whole.1.is_none_or(|since| now.since_ns(since) >= SNAPSHOT_PERIOD_NS);
-        request.filter(|_| is_late || self.lacks_last_map())
+        if is_late || self.lacks_last_map() { request } else { None }
     }
 
     /// Adds newly seen cells once the hops they were seen from are known.

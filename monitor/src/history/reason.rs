@@ -67,8 +67,10 @@ impl History {
     #[must_use]
     pub fn reason(&self, cell: Cell, at: Decision) -> Option<Reason> {
         let run = self.run.as_ref()?;
-        let is_asked = run.brief.grid.contains(cell) && run.brief.is_of_hopper();
-        let map = run.replica.map().filter(|_| is_asked)?;
+        if !run.brief.grid.contains(cell) || !run.brief.is_of_hopper() {
+            return None;
+        }
+        let map = run.replica.map()?;
         let before = at.0.checked_sub(1).and_then(|before| run.hops.get(Decision(before)));
         let brief = run.brief.leg(before.map_or(0, |hop| hop.visits));
         Some(Surroundings::new(run, &brief, map).reason(cell, run))
@@ -126,8 +128,10 @@ impl<'a> Surroundings<'a> {
 
     /// The policy's cell, where it has one: on the lattice of the goal.
     fn at(&self, cell: Cell) -> Option<&'a PolicyCell> {
-        let on_lattice = self.brief.grid.on_same_lattice(cell, self.brief.goal);
-        self.policy?.cells.get(self.brief.grid.index(cell).filter(|_| on_lattice)?)
+        if !self.brief.grid.on_same_lattice(cell, self.brief.goal) {
+            return None;
+        }
+        self.policy?.cells.get(self.brief.grid.index(cell)?)
     }
 
     fn ends(&self, cell: Cell) -> Option<Ends> {

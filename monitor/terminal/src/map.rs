@@ -239,7 +239,10 @@ impl<'a> View<'a> {
             );
         }
         let style = Style::new().bg(shade(seen.height_m, self.heights_m, seen.sand)).fg(Color::Black);
-        let arrow = index.filter(|_| self.policy).and_then(|index| self.history.policy()?.cells.get(index));
+        let arrow = match index {
+            Some(index) if self.policy => self.history.policy().and_then(|policy| policy.cells.get(index)),
+            _ => None,
+        };
         match arrow.map(|cell| cell.action) {
             Some(Action::Hop(direction)) => (arrow_on(direction, seen.sand), style),
             _ if !seen.passable => ("##", style),

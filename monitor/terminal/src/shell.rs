@@ -104,7 +104,9 @@ impl Screen for Terminal {
     }
 
     fn show(&mut self, history: &History, now: MonotonicNs) -> Result<Vec<Wish>, Failure> {
-        if let Some(brief) = history.brief().filter(|_| !self.begun) {
+        if !self.begun
+            && let Some(brief) = history.brief()
+        {
             self.begun = true;
             // Robots that go from point to point are far apart: of them the whole map is shown.
             let is_large = brief.grid.width.max(brief.grid.height) > WHOLE_CELLS_MAX;

@@ -143,7 +143,7 @@ fn robots(history: &History, brief: &Brief, at: Decision, seen_percent: f64) -> 
     let due = history.hops().and_then(|hops| hops.get(at)).map(|hop| usize::from(hop.robot.0));
     let team = history.team().filter(|team| team.decision == at).map(|team| usize::from(team.due.0));
     let over = hop_before(history, at).is_some_and(|hop| hop.status.is_over());
-    let due = due.or(team).filter(|_| !over);
+    let due = if over { None } else { due.or(team) };
     let turn = due.map_or_else(|| "nobody's turn".into(), |robot| format!("robot {robot}'s turn"));
     let mut lines = vec![Line::raw(format!("{turn} · {seen_percent:.0} % seen"))];
     let members = history.progress().map_or(&[][..], |progress| &progress.robots);

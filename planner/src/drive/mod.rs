@@ -90,7 +90,7 @@ impl Drive {
             return plan;
         }
         // Who finds no way around others drives past them.
-        let past_others = turn.belief_around(Around::Goals).filter(|_| !turn.is_alone());
+        let past_others = if turn.is_alone() { None } else { turn.belief_around(Around::Goals) };
         let plan = past_others.and_then(|belief| self.cheapest(turn, &belief, trip, seed, old.as_ref()));
         plan.unwrap_or_else(|| idle(if waits_for_scouts { turn.wait_or_hold() } else { Action::Done }))
     }

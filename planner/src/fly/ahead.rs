@@ -113,8 +113,10 @@ fn cheapest_way(costs: &Costs, grid: &Grid, start: Cell, goal: Cell) -> Option<V
         }
         for direction in Direction::ALL {
             let hop = costs.hops[index][direction as usize];
-            let to = grid.index(grid.hop(grid.cell(index), direction));
-            let Some(to) = to.filter(|_| hop != FORBIDDEN) else { continue };
+            if hop == FORBIDDEN {
+                continue;
+            }
+            let Some(to) = grid.index(grid.hop(grid.cell(index), direction)) else { continue };
             let sum = cost.saturating_add(hop);
             if sum < reached[to].0 {
                 reached[to] = (sum, index);

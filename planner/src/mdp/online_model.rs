@@ -94,15 +94,15 @@ impl OnlineModel {
     /// longer does, or if the belief about unseen ground has changed.
     fn changed(&self, map: &ObservedMap, belief: &Belief<'_>) -> Vec<usize> {
         let differs = |&node: &usize| *belief.ground(self.lattice.cell(node)) != self.believed[node];
-        match map.changed_since(self.observation).filter(|_| belief.unseen == self.unseen) {
-            Some(cells) => {
+        match map.changed_since(self.observation) {
+            Some(cells) if belief.unseen == self.unseen => {
                 let node = |&index: &u32| self.lattice.node(self.lattice.grid.cell(index as usize));
                 let mut nodes: Vec<usize> = cells.iter().filter_map(node).filter(differs).collect();
                 nodes.sort_unstable();
                 nodes.dedup();
                 nodes
             }
-            None => (0..self.lattice.nodes()).filter(differs).collect(),
+            _ => (0..self.lattice.nodes()).filter(differs).collect(),
         }
     }
 

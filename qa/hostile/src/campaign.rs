@@ -82,7 +82,7 @@ pub fn read_checkpoint(bytes: &[u8]) {
                 assert!(plan.trial(trial).is_some());
             }
             let report = Report::new(plan.clone());
-            told(&report.results(true, &[]).markdown());
+            told(&p23::PaperReport::against_paper(&report.results(&[])).markdown());
         }
     }
 }
@@ -102,7 +102,7 @@ pub fn read_rows(bytes: &[u8]) {
             }
         }
     }
-    told(&report.results(true, &[]).markdown());
+    told(&p23::PaperReport::against_paper(&report.results(&[])).markdown());
 }
 
 /// Valid campaign files to start mutations from.

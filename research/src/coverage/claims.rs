@@ -2,12 +2,9 @@
 
 use ::campaign::statistics::{Interval, wilson};
 use ::coverage::Algorithm;
+use p19::{Account, Estimate, Moments, PERCENTS, PLANNERS, Row, Sharing, row};
 
-use super::account::{Account, Sharing, row};
-use super::estimate::{Estimate, Moments};
-use super::row::Row;
 use crate::claims::{Claim, Verdict};
-use crate::studies::coverage::{PERCENTS, PLANNERS};
 
 /// Whether all of the interval lies within `low` to `high`.
 fn within(estimate: &Estimate, low: f64, high: f64) -> Verdict {

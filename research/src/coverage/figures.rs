@@ -4,12 +4,10 @@ use ::coverage::{Algorithm, CoverMode};
 use contract::Cell;
 use coverage_world::{Mission, World};
 use node::Failure;
+use p19::{Account, Case, PERCENTS, PLANNERS, Row, SIDES, Sharing, TEAMS, mission, row};
 use report::picture::{Chart, Curves, Field, FieldGrid, Line};
 
-use super::account::{Account, Sharing, row};
-use super::row::Row;
-use crate::studies::case::Case;
-use crate::studies::coverage::{PERCENTS, PLANNERS, SIDES, TEAMS, mission};
+use crate::studies::coverage::failure;
 
 /// Points of a distribution in Fig. 7.
 const POINTS: usize = 60;
@@ -51,7 +49,7 @@ fn visited(world: &World, mission: &Mission<'_>) -> Vec<f64> {
 /// The mission of `case` to the last of `percents`, with its visits at the start and when each was covered.
 fn stages(case: Case, percents: &[u32], seed: u64) -> Result<Vec<Field>, Failure> {
     let to = percents.iter().copied().max().unwrap_or(100);
-    let whole = mission(case, to, seed, |_, _| {})?;
+    let whole = mission(case, to, seed, |_, _| {}).map_err(failure)?;
     let steps_to = |percent: u32| match case.mode {
         CoverMode::Overlap => whole.steps_to(percent),
         CoverMode::Voronoi => (percent == to).then_some(whole.steps),
@@ -68,7 +66,8 @@ fn stages(case: Case, percents: &[u32], seed: u64) -> Result<Vec<Field>, Failure
         let reached = due.iter().filter(|(at, _)| *at == steps);
         let field = |heading: &String| Field { heading: heading.clone(), values: visited(world, mission) };
         fields.extend(reached.map(|(_, heading)| field(heading)));
-    })?;
+    })
+    .map_err(failure)?;
     Ok(fields)
 }
 

@@ -1,10 +1,9 @@
 //! The study as tables of text or Markdown, and as records.
 
 use node::Failure;
+use p19::{Account, Ours, Row, Sharing};
 use serde::Serialize;
 
-use super::account::{Account, Ours, Sharing};
-use super::row::Row;
 use super::{claims, figures};
 use crate::claims::Claim;
 use crate::form::{Form, heading, table};
@@ -23,7 +22,8 @@ pub struct Report {
 impl Report {
     /// What the worlds of a campaign of seed `seed` come to, and what that says of the claims.
     pub fn new(seed: u64, worlds: &[FlownWorld<Coverage>]) -> Self {
-        let account = Account::new(seed, worlds);
+        let worlds: Vec<_> = worlds.iter().map(|world| (world.seed, world.outcomes.as_slice())).collect();
+        let account = Account::new(seed, &worlds);
         Self { claims: claims::all(&account), account }
     }
 }

@@ -5,8 +5,8 @@ use report::picture::{LogChart, LogCurves, PointLine};
 
 use super::Figure;
 
-/// The measurements, which `research/scouting/benches/ompl.sh` writes.
-pub const MEASURED: &str = include_str!("../../scouting/benches/anytime.csv");
+/// The measurements, which `research/p21/benches/ompl.sh` writes.
+pub const MEASURED: &str = include_str!("../../p21/benches/anytime.csv");
 
 /// Planners that are drawn as lines.
 const LINES: [&str; 3] = ["rrt_star_ett", "RRTstar", "BITstar"];
@@ -72,8 +72,8 @@ pub fn figure() -> Result<Figure, Failure> {
         name: "anytime".into(),
         title: title.into(),
         text: "What a planner has found after a time, in per cent above the cost of `ett_exact`, which ends at the green line; \
-               both axes are logarithmic. Drawn from the measurements in `research/scouting/benches/anytime.csv`, which \
-               `research/scouting/benches/ompl.sh` writes anew; [scouting.md](scouting.md#beside-ompl) says on which \
+               both axes are logarithmic. Drawn from the measurements in `research/p21/benches/anytime.csv`, which \
+               `research/p21/benches/ompl.sh` writes anew; [scouting.md](scouting.md#beside-ompl) says on which \
                machine. `rrt_star_ett` is not asymptotically optimal; each of its points is a run with more samples. \
                RRTstar and BITstar are OMPL's."
             .into(),

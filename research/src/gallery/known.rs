@@ -1,7 +1,7 @@
 //! The predecessor paper's figures: plans on ground known from edge to edge.
 
-use ::known::{Findings, P22};
 use node::Failure;
+use p22::{Findings, P22};
 
 use super::Figure;
 
@@ -10,11 +10,11 @@ use super::Figure;
 /// # Errors
 /// If they cannot be drawn.
 pub fn figures() -> Result<Vec<Figure>, Failure> {
-    let drawn = ::known::figures(&Findings::new(&P22)).map_err(Failure::run)?;
+    let drawn = p22::figures(&Findings::new(&P22)).map_err(Failure::run)?;
     Ok(drawn.into_iter().map(figure).collect())
 }
 
-fn figure(::known::Figure { name, svg }: ::known::Figure) -> Figure {
+fn figure(p22::Figure { name, svg }: p22::Figure) -> Figure {
     let (title, what) = match name {
         "hard" => ("Known ground, hard", "The eleven weightings on hard ground"),
         "heterogeneous" => (

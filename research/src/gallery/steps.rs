@@ -54,6 +54,6 @@ fn figure(name: &str, title: &str, tables: &str, wanted: impl Fn(&str) -> bool) 
             plan.trials(),
             plan.repetitions
         ),
-        svg: report.distribution_svg(),
+        svg: report.distribution_svg(p23::tables::STEPS_AXIS),
     })
 }

@@ -1,7 +1,8 @@
 //! The team papers' figures: P21 Figs 12 and 14 to 19, P19 Figs 5 to 8, from the built-in campaigns with the papers' numbers of
 //! runs.
 
-use ::campaign::{BUILT_IN, StudyFile};
+use ::campaign::StudyFile;
+use hopper::commands::campaign::BUILT_IN;
 use node::Failure;
 
 use super::Figure;

@@ -3,11 +3,11 @@
 use std::path::PathBuf;
 
 use ::campaign::statistics::wilson;
-use ::known::execution::{self, Execution};
-use ::known::{Case, Claim, Experiment, Findings, KnownMap, Model, P22, Plan, figures};
 use hopper::files::write_into;
 use hopper::stdout::print;
 use node::{Exit, Failure};
+use p22::execution::{self, Execution};
+use p22::{Case, Claim, Experiment, Findings, KnownMap, Model, P22, Plan, figures};
 use rayon::prelude::*;
 use serde::Serialize;
 

@@ -2,11 +2,11 @@
 
 use std::path::PathBuf;
 
-use ::known::{Experiment, Hop, KnownMap, Model, P22, Plan, Weights, figure};
 use contract::{Cell, Direction};
 use hopper::files::write_into;
 use hopper::stdout::print;
 use node::{Exit, Failure};
+use p22::{Experiment, Hop, KnownMap, Model, P22, Plan, Weights, figure};
 use serde::Serialize;
 
 use crate::form::{Form, heading, table};
@@ -37,7 +37,7 @@ struct Account<'a> {
     experiment: Experiment,
     weights: Weights,
     arrives: bool,
-    path: &'a ::known::Path,
+    path: &'a p22::Path,
     /// Number of sweeps of value iteration.
     sweeps: u32,
     /// Whether value iteration converged.

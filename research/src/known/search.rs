@@ -1,9 +1,9 @@
 //! `hopper known search`: searches for the reading of the paper that reproduces most of its claims.
 
-use ::known::search::{self, Found, Judged, Search};
-use ::known::{P22, Reading};
 use hopper::stdout::print;
 use node::{Exit, Failure};
+use p22::search::{self, Found, Judged, Search};
+use p22::{P22, Reading};
 use rayon::prelude::*;
 
 use crate::form::{Form, heading, table};

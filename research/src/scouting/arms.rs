@@ -1,7 +1,7 @@
 //! What the studies share that fly every arm on the same worlds.
 
 use ::report::picture::{BoxOf, Boxes};
-use ::scouting::{Arm, ArmEndings, Ending, Samples, Spread};
+use p21::{Arm, ArmEndings, Ending, Samples, Spread};
 use serde::Serialize;
 
 use crate::form::{Form, table};

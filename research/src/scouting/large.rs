@@ -1,8 +1,8 @@
 //! The case study of P21 on a stand-in for its map of Jezero (Figs 7, 16 and 17).
 
 use ::report::picture::{Chart, Curves, FieldMap, Line, Way};
-use ::scouting::{Arm, LARGE_SIDE, LargeMap, Outcome, Samples, Spread};
 use node::{Exit, Failure};
+use p21::{Arm, LARGE_SIDE, LargeMap, Outcome, Samples, Spread};
 use rover::Point;
 use serde::Serialize;
 

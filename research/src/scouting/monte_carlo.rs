@@ -2,8 +2,8 @@
 
 use ::campaign::statistics::wilson;
 use ::report::picture::{FieldMap, Way};
-use ::scouting::{Arm, Samples, Spread, monte_carlo};
 use node::{Exit, Failure};
+use p21::{Arm, Samples, Spread, monte_carlo};
 use serde::Serialize;
 
 use super::arms::{Arms, Conditions, Row};

@@ -4,8 +4,8 @@ use std::time::Instant;
 
 use ::campaign::statistics::wilson;
 use ::report::picture::FieldMap;
-use ::scouting::{Arm, GridMdp, RoverPlanner, Samples, Setup, Spread, World, announce, fly, monte_carlo_of};
 use node::{Exit, Failure};
+use p21::{Arm, GridMdp, RoverPlanner, Samples, Setup, Spread, World, announce, fly, monte_carlo_of};
 use routing::ett_exact;
 use rover::Caution;
 use serde::Serialize;

@@ -1,8 +1,8 @@
 //! The single-agent study of P21: information gathered on the way across a small grid (Figs 5, 14 and 15).
 
 use ::report::picture::{Chart, Curves, FieldMap, Line, Way};
-use ::scouting::{CellType, Choice, GRID_SIDE, SingleGrid, Spread};
 use node::{Exit, Failure};
+use p21::{CellType, Choice, GRID_SIDE, SingleGrid, Spread};
 use serde::Serialize;
 
 use super::FOLSOM;

@@ -3,8 +3,8 @@
 use std::sync::LazyLock;
 
 use ::campaign::{CampaignError, Study};
-use ::scouting::{Arm, Ending, LargeMap, Outcome, Samples, Setup, World, spread_shown};
 use node::Failure;
+use p21::{Arm, Ending, LargeMap, Outcome, Samples, Setup, World, spread_shown};
 use serde::{Deserialize, Serialize};
 
 use super::Flown;

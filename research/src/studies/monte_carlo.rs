@@ -3,8 +3,8 @@
 use std::sync::LazyLock;
 
 use ::campaign::{CampaignError, Study};
-use ::scouting::{Arm, Ending, Outcome, Samples, Setup, monte_carlo};
 use node::Failure;
+use p21::{Arm, Ending, Outcome, Samples, Setup, monte_carlo};
 use serde::{Deserialize, Serialize};
 
 use super::Flown;

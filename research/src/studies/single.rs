@@ -3,8 +3,8 @@
 use std::sync::LazyLock;
 
 use ::campaign::{CampaignError, Study};
-use ::scouting::{CellType, Choice, GRID_SIDE, SingleGrid, simple_paths};
 use node::Failure;
+use p21::{CellType, Choice, GRID_SIDE, SingleGrid, simple_paths};
 use serde::{Deserialize, Serialize};
 
 use super::Flown;

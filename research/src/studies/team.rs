@@ -1,7 +1,7 @@
 //! What the studies share that fly every arm of rover and helicopter on the same worlds.
 
 use ::campaign::CampaignError;
-use ::scouting::{Arm, Ending, Outcome, RoverPlanner, Sensor, Setup, World, announce, fly};
+use p21::{Arm, Ending, Outcome, RoverPlanner, Sensor, Setup, World, announce, fly};
 use serde::{Deserialize, Serialize};
 
 /// Planners of the safe rover, by their names.

@@ -3,13 +3,14 @@
 use std::path::Path;
 
 use ::campaign::row::TrialResult;
-use ::campaign::{BUILT_IN, Campaign, Plan, Row, Trial, paper};
+use ::campaign::{Campaign, Plan, Row, Trial};
 use contract::{Action, Brief, Name, RunId};
 use hopper_sim::Mission;
 use node::{Exit, Failure, Node};
 use scenario::ResolvedScenario;
 use scenario::text::{self, TEXT_BYTES_MAX};
 
+use super::built_in::BUILT_IN;
 use super::run_args::Args;
 use super::store::{self, Times};
 use super::trials;
@@ -27,7 +28,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         schedule(world, &cell.planner)?;
     }
     // Of a campaign of one's own the paper says nothing.
-    let paper_s = plan.cells.iter().map(paper::cell_episode_s).collect::<Option<_>>().unwrap_or_default();
+    let paper_s = plan.cells.iter().map(p23::cell_episode_s).collect::<Option<_>>().unwrap_or_default();
     let missions = Missions { plan: plan.clone(), worlds, paper_s };
     trials::run(args, plan, missions)
 }

@@ -3,8 +3,9 @@
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-use ::campaign::{Comparison, ReadingScores, Report, paper};
+use ::campaign::Report;
 use node::{Exit, Failure};
+use p23::{Comparison, PaperReport, ReadingScores};
 use serde::Serialize;
 
 use super::regret::bounds;
@@ -79,11 +80,11 @@ impl fmt::Display for Form {
 /// Exit code 2 if a folder holds no campaign, a row is damaged, or the format does not go with the other flags.
 pub fn run(args: &Args) -> Result<Exit, Failure> {
     let (manifest, report) = fold(&args.dir)?;
-    let findings = report.results(args.against.is_some(), &bounds(&manifest.plan));
+    let results = report.results(&bounds(&manifest.plan));
     if let Some(dir) = &args.beside {
         let (_, other) = fold(dir)?;
-        let others = other.results(false, &[]);
-        let comparison = Comparison::new(&findings, &others);
+        let others = other.results(&[]);
+        let comparison = Comparison::new(&results, &others);
         print(&match args.format {
             Form::Md => comparison.markdown(),
             Form::Json => serde_json::to_string(&comparison).map_err(Failure::run)? + "\n",
@@ -98,7 +99,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     }
     if args.readings {
         let need = "--readings needs a campaign with [[readings]] of scenarios, planners and weights that the paper has";
-        let scores = ReadingScores::new(&findings).ok_or_else(|| Failure::usage(need))?;
+        let scores = ReadingScores::new(&results).ok_or_else(|| Failure::usage(need))?;
         print(&match args.format {
             Form::Md => scores.markdown(),
             Form::Json => serde_json::to_string(&scores).map_err(Failure::run)? + "\n",
@@ -109,11 +110,15 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         })?;
         return Ok(Exit::Done);
     }
+    let findings = match args.against {
+        Some(Against::Paper) => PaperReport::against_paper(&results),
+        None => PaperReport::alone(&results),
+    };
     let text = |form: Form| {
         Ok::<_, Failure>(match form {
             Form::Md => findings.markdown() + &Speed::of(&args.dir, &manifest).markdown(),
             Form::Json => serde_json::to_string(&findings).map_err(Failure::run)? + "\n",
-            Form::Svg => report.distribution_svg(),
+            Form::Svg => report.distribution_svg(p23::tables::STEPS_AXIS),
             Form::Csv => csv_text(findings.records())?,
         })
     };
@@ -173,7 +178,7 @@ impl Speed {
             .iter()
             .map(|cell| CellSpeed {
                 name: cell.to_string(),
-                paper_s: paper::cell_episode_s(cell),
+                paper_s: p23::cell_episode_s(cell),
                 ..CellSpeed::default()
             })
             .collect();

@@ -102,7 +102,7 @@ fn scenarios() -> Vec<&'static str> {
 
 /// The names of built-in campaigns.
 fn campaigns() -> Vec<&'static str> {
-    campaign::BUILT_IN.into_iter().map(|(name, _)| name).collect()
+    hopper::commands::campaign::BUILT_IN.into_iter().map(|(name, _)| name).collect()
 }
 
 /// The names of all planners, whatever mission they are for.

@@ -75,7 +75,10 @@ impl Replica {
     #[must_use]
     #[inline]
     pub fn map(&self) -> Option<&ObservedMap> {
-        self.map.as_ref().filter(|_| self.pursuit.is_none())
+        if self.pursuit.is_some() {
+            return None;
+        }
+        self.map.as_ref()
     }
 
     /// Messages refused, by reason.
@@ -107,7 +110,9 @@ impl Replica {
                 Ok(()) => {
                     self.follow_buffer();
                     // Whatever is newer than that shows that something is missing.
-                    self.pursuit = self.pursuit.filter(|_| !self.buffer.is_empty());
+                    if self.buffer.is_empty() {
+                        self.pursuit = None;
+                    }
                     return self.ask(now);
                 }
                 Err(refusal) => self.refusals.count(&refusal),

@@ -83,9 +83,8 @@ pub(super) fn soil_from_code(
     };
     let reading = match (code / 128, code / 4 % 4) {
         (0, 0) => None,
-        (has, number) => {
-            Some(tag(field, code, |_| DriveSpeed::ALL.get(number as usize).filter(|_| has == 1).copied())?)
-        }
+        (1, number) => Some(tag(field, code, |_| DriveSpeed::ALL.get(number as usize).copied())?),
+        _ => Some(tag(field, code, |_| None)?),
     };
     Ok((soil, speed, reading))
 }

@@ -167,7 +167,9 @@ impl Views {
 
     /// Expected speeds and their spread, if they are due. Every cell has them, so on large maps they are seldom drawn.
     fn speeds(&mut self, map: &ObservedMap, now: MonotonicNs, ends: bool) -> Vec<ViewMessage> {
-        if let Some(team) = self.team.as_ref().filter(|_| self.prior.len() == map.grid.cells()) {
+        if self.prior.len() == map.grid.cells()
+            && let Some(team) = &self.team
+        {
             self.speeds = Some(Speeds::new(&self.prior, team));
             (self.prior, self.speed.has_changed) = (Vec::new(), true);
         }

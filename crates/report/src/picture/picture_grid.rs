@@ -83,7 +83,9 @@ impl PictureGrid<'_> {
                 colour_bar(&mut svg, frame, *layer, range);
             }
         }
-        if let Some(first) = frames.first().filter(|_| self.has_heights()) {
+        if self.has_heights()
+            && let Some(first) = frames.first()
+        {
             let all = Frame { width: right - first.left, height: bottom - first.top, ..*first };
             colour_bar(&mut svg, &all, Layer::Heights, heights);
         }

@@ -45,15 +45,17 @@ impl Picture<'_> {
         }
         let side = Number(frame.pitch * 0.8);
         let shows_visits = !is_of_hopper && self.speeds.is_empty();
-        for (&cell, &count) in visits.iter().filter(|_| shows_visits) {
-            let (x, y) = frame.centre(cell);
-            svg.raw(&format!(
-                "<rect x=\"{}\" y=\"{}\" width=\"{side}\" height=\"{side}\" fill=\"{}\" fill-opacity=\"{}\"/>",
-                Number(x - frame.pitch * 0.4),
-                Number(y - frame.pitch * 0.4),
-                colour::ROUTE,
-                Number((ONCE + AGAIN * f64::from(count - 1)).min(0.85))
-            ));
+        if shows_visits {
+            for (&cell, &count) in &visits {
+                let (x, y) = frame.centre(cell);
+                svg.raw(&format!(
+                    "<rect x=\"{}\" y=\"{}\" width=\"{side}\" height=\"{side}\" fill=\"{}\" fill-opacity=\"{}\"/>",
+                    Number(x - frame.pitch * 0.4),
+                    Number(y - frame.pitch * 0.4),
+                    colour::ROUTE,
+                    Number((ONCE + AGAIN * f64::from(count - 1)).min(0.85))
+                ));
+            }
         }
         self.announced_routes(svg, frame, &announced);
         for (&robot, cells) in &routes {
