@@ -1,18 +1,16 @@
-//! Files that the release before wrote, in tests/golden/, are read by this one. See docs/compatibility.md.
+//! Files that the release before wrote, in tests/golden/, are read by this one; journals of other formats are refused. See
+//! docs/compatibility.md.
 
 use std::path::{Path, PathBuf};
 use std::process::Output;
 
-use crate::harness::{self, Mission, hopper, json, program, stderr};
+use crate::harness::{Mission, hopper, json, program, stderr};
 use scenario::{Overrides, Scenario};
 use serde_json::Value;
 
-/// What the mission in `hard-journal` and `hard.mcap` came to: `hard` under seed 1, flown by `mdp`.
+/// What the mission in `hard.mcap` came to: `hard` under seed 1, flown by `mdp`.
 const DIGEST: &str = "8166f6e72b3c7940221313f43b50b78d068754624142d4e837edfdd53f2f5f9b";
 const DECISIONS: usize = 37;
-
-/// Where the format stands in a journal: after its eight first bytes, as a little-endian `u32`.
-const FORMAT_AT: usize = 8;
 
 fn golden(file: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden").join(file)
@@ -25,75 +23,48 @@ fn asked(words: &[&str], file: &Path) -> Output {
     output
 }
 
-/// A copy of the golden journal in the mission's folder, changed.
-fn copied(mission: &Mission, change: impl Fn(&mut Vec<u8>)) -> PathBuf {
-    let mut bytes = std::fs::read(golden("hard-journal/hops.journal")).unwrap();
-    change(&mut bytes);
-    let folder = mission.path("out/journal");
-    std::fs::create_dir_all(&folder).unwrap();
-    std::fs::write(folder.join("hops.journal"), bytes).unwrap();
-    folder
-}
-
-/// P-OLD-JOURNAL.
+/// P-OTHER-FORMAT: whatever is asked of it, by one line, and the journal is left as it is.
 #[test]
-fn a_journal_of_before_is_verified_and_shown() {
-    // A lock file is written beside a journal that is read.
-    let mission = Mission::new("old-journal");
-    let journal = copied(&mission, |_| ());
-    let told = json(&asked(&["journal", "verify", "--format", "json"], &journal));
-    assert_eq!((&told["digest"], &told["decisions"]), (&DIGEST.into(), &DECISIONS.into()), "{told}");
-    assert_eq!((&told["outcome"], &told["contiguous"]), (&"goal".into(), &true.into()), "{told}");
-    assert_eq!(told["digest_broken_at"], Value::Null, "{told}");
-    let shown = String::from_utf8(asked(&["journal", "show"], &journal).stdout).unwrap();
-    let decisions: Vec<&str> =
-        shown.lines().filter(|line| line.trim_start().starts_with(|c: char| c.is_ascii_digit())).collect();
-    assert_eq!(decisions.len(), DECISIONS, "{shown}");
-    assert!(decisions.last().unwrap().ends_with("goal"), "{shown}");
-}
-
-/// P-OLD-JOURNAL: flown again in lockstep, and served once more.
-#[test]
-fn a_finished_journal_of_before_is_repeated_and_served() {
-    let mission = Mission::new("old-finished");
-    let journal = copied(&mission, |_| ());
-    let again = mission.path("again").to_string_lossy().into_owned();
-    let words = ["run", "--lockstep", "--format", "json", "--out", &again, "--planners-from"];
-    assert_eq!(json(&asked(&words, &journal))["digest"], DIGEST);
-    let mut sim =
-        mission.start("sim", &["--seed", "1", "--linger", "100ms", "--journal", &journal.to_string_lossy()]);
-    assert_eq!(sim.code(), 0, "{}", sim.log());
-    assert_eq!(sim.json()["digest"], DIGEST);
-}
-
-/// P-OLD-FORMAT: of an older format, it is refused whatever is asked of it.
-#[test]
-fn a_journal_of_another_format_is_refused_by_name() {
-    let mission = Mission::new("old-format");
-    let journal = copied(&mission, |bytes| bytes[FORMAT_AT..FORMAT_AT + 4].copy_from_slice(&[2, 0, 0, 0]));
-    for words in [&["journal", "verify"][..], &["journal", "show"], &["sim", "--seed", "1", "--journal"]] {
-        let output = hopper(words).arg(&journal).env("HOPPER_INSTANCE", &mission.name).output().unwrap();
-        let why = stderr(&output);
-        assert_eq!(output.status.code(), Some(2), "{words:?}: {why}");
-        assert!(why.contains("format needs 3, 5, 6, 7, 8, 9, 10, got 2"), "{words:?}: {why}");
+fn a_journal_of_another_format_is_refused_by_every_command_that_opens_one() {
+    let mission = Mission::new("other-format");
+    let file = mission.path("out/journal/hops.journal");
+    let world = scenario::load("hard").unwrap().resolve().unwrap();
+    let header = hopper_sim::JournalHeader::new(&world, 1);
+    drop(hopper_sim::Journal::create(file.parent().unwrap(), &header, false).unwrap());
+    let written = std::fs::read(&file).unwrap();
+    let older = [&b"HOPPERJ\n"[..], &7_u32.to_le_bytes(), &written[12..]].concat();
+    let newer = [&written[..8], &2_u32.to_le_bytes(), &written[12..]].concat();
+    let own = env!("CARGO_PKG_VERSION");
+    for (bytes, told) in [
+        (
+            older,
+            "is of an older format, which this build does not read: use a build of 25 November 2026 or before (format 7)"
+                .to_owned(),
+        ),
+        (newer, format!("is of a newer format than this build reads: it was written by version {own} (format 2)")),
+    ] {
+        std::fs::write(&file, &bytes).unwrap();
+        let (instance, out) = (mission.name.as_str(), mission.path("out").to_string_lossy().into_owned());
+        for words in [
+            &["journal", "verify", &out][..],
+            &["journal", "verify", &out, "--against-lockstep"],
+            &["journal", "show", &out],
+            &["journal", "draw", &out],
+            &["view", &out, "--web", "127.0.0.1:0"],
+            &["run", "--instance", instance, "--out", &out],
+            &["run", "--lockstep", "--out", &out],
+            &["run", "--lockstep", "--planners-from", &out, "--out", "again"],
+            &["sim", "--instance", instance, "--journal", "out/journal"],
+        ] {
+            let output = mission.hopper(words).output().unwrap();
+            let why = stderr(&output);
+            assert_eq!(output.status.code(), Some(2), "{words:?}: {why}");
+            assert_eq!(why.lines().filter(|line| line.contains("hops.journal")).count(), 1, "{words:?}: {why}");
+            assert!(why.contains(&told), "{words:?}: {why}");
+            assert!(output.stdout.is_empty(), "{words:?}");
+            assert!(std::fs::read(&file).unwrap() == bytes, "{words:?}");
+        }
     }
-}
-
-/// P-OLD-RESUME: the format is that of the release before, so a mission goes on where it was.
-#[test]
-fn a_mission_that_the_release_before_began_goes_on_to_the_same_digest() {
-    let mut mission = Mission::new("old-resume");
-    // Half of it, and a torn frame at its end.
-    let journal = copied(&mission, |bytes| bytes.truncate(bytes.len() / 2));
-    let begun = harness::verify(&journal);
-    let begun = begun["decisions"].as_u64().unwrap();
-    assert!((5..DECISIONS as u64).contains(&begun), "{begun}");
-    let output = mission.fly(&["--scenario", "hard", "--seed", "1"]);
-    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
-    let summary = json(&output);
-    assert_eq!((&summary["digest"], &summary["hops"]), (&DIGEST.into(), &DECISIONS.into()), "{summary}");
-    assert_eq!(harness::verify(&journal)["run"], "2c5ae700d1010dffdbe1877dbfacc054");
-    mission.assert_nothing_left();
 }
 
 /// P-OLD-RECORDING: and its planner decides as it did, on the maps it had.

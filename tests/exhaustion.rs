@@ -66,7 +66,9 @@ fn shared_memory_that_is_filled_in_mid_run_disturbs_nobody() {
     let script = "
         $HOPPER run --instance full --seed 53 --pace 40 --out . --format json &
         run=$!
-        while kill -0 $run && [ $(stat -c %s journal/hops.journal 2>/dev/null || echo 0) -lt 3000 ]; do sleep 0.02; done
+        while kill -0 $run && [ ! -s journal/hops.journal ]; do sleep 0.02; done
+        begun=$(stat -c %s journal/hops.journal)
+        while kill -0 $run && [ $(stat -c %s journal/hops.journal) -lt $((begun + 1500)) ]; do sleep 0.02; done
         dd if=/dev/zero of=/dev/shm/filler bs=64k 2>/dev/null
         timeout 20 $HOPPER planner --instance full --wait 5s; echo planner $? >&2
         $HOPPER doctor --instance full >&2

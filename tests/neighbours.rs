@@ -121,8 +121,10 @@ fn open_handed(mission: &Mission) -> Process {
     command.args(["-c", &script]).env("HOPPER", env!("CARGO_BIN_EXE_hopper")).current_dir(mission.path(""));
     command.env_remove("HOPPER_INSTANCE").env_remove("HOPPER_CRASH").stdin(std::process::Stdio::null());
     let run = Process::spawn("run", command, &mission.path(""));
-    let journal = mission.path("out/journal/hops.journal");
-    eventually("a mission under way", || fs::metadata(&journal).is_ok_and(|data| data.len() > 2_500));
+    let journal = mission.path("out/journal");
+    eventually("a mission under way", || {
+        journal.join("hops.journal").exists() && harness::verify(&journal)["decisions"].as_u64() >= Some(2)
+    });
     run
 }
 

@@ -125,8 +125,9 @@ fn every_program_watches_signals_before_it_says_that_it_is_ready() {
         );
     }
     let mission = Mission::new("ready");
-    let golden = |file: &str| format!("{}/tests/golden/{file}", env!("CARGO_MANIFEST_DIR"));
-    let (journal, recording) = (golden("hard-journal"), golden("hard.mcap"));
+    let flown = mission.hopper(&["run", "--lockstep", "--seed", "1", "--out", "flown"]).output().unwrap();
+    assert_eq!(flown.status.code(), Some(0), "{}", String::from_utf8_lossy(&flown.stderr));
+    let recording = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/golden/hard.mcap");
     let address = "127.0.0.1:0";
     let rows: [(&[&str], &str); 11] = [
         (&["sim"], "joined instance"),
@@ -135,8 +136,8 @@ fn every_program_watches_signals_before_it_says_that_it_is_ready() {
         (&["monitor"], "joined instance"),
         (&["monitor", "--web", address], "page at "),
         (&["monitor", "--foxglove", address], "viewers connect to "),
-        (&["view", &journal, "--web", address], "page at "),
-        (&["view", &recording, "--web", address], "page at "),
+        (&["view", "flown", "--web", address], "page at "),
+        (&["view", recording, "--web", address], "page at "),
         (&["topic", "echo", "state", "--wait", "10m"], "is not running yet"),
         (&["topic", "hz", "state", "--wait", "10m"], "is not running yet"),
         (&["campaign", "run", "p23-tables", "--out", "campaign"], "trials are in the folder"),

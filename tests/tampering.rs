@@ -139,8 +139,8 @@ fn first_record_end(journal: &[u8]) -> usize {
         let length = u32::from_le_bytes(journal[at..at + 4].try_into().unwrap());
         at + 8 + length as usize
     };
-    // Magic and format stand before the header's frame.
-    frame_end(frame_end(12))
+    // Magic and format stand before the frames of version and header.
+    frame_end(frame_end(frame_end(12)))
 }
 
 /// P-DISPLACED-LIVE: a running simulator holds at once when its journal is gone, replaced or cut, says so, and ends

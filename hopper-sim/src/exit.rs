@@ -21,6 +21,9 @@ impl JournalError {
             | JournalError::Exists { .. }
             | JournalError::Missing { .. }
             | JournalError::BadHeader { .. }
+            | JournalError::OlderFormat { .. }
+            | JournalError::NewerFormat { .. }
+            | JournalError::UnknownField { .. }
             | JournalError::Mismatch { .. }
             | JournalError::Corrupt { .. }
             | JournalError::TornTooMuch { .. }

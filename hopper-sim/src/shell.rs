@@ -262,7 +262,7 @@ pub fn open_journal(dir: &Path, world: &ResolvedScenario, seed: u64, sync: bool)
     let expected = JournalHeader::new(world, seed);
     let journal = if Journal::exists(dir) {
         Journal::resume(dir, &expected, &world.terrain, sync).map_err(|error| match &error {
-            JournalError::Mismatch { field, .. } if field != "format" => Failure::new(
+            JournalError::Mismatch { .. } => Failure::new(
                 error.exit(),
                 format!(
                     "{}: {error}; ask for its own mission, or name another folder for this one",

@@ -13,6 +13,7 @@ import sys
 import tempfile
 import types
 import warnings
+import zlib
 
 import gymnasium
 import numpy as np
@@ -149,6 +150,14 @@ def functions():
     refused("needs to be a file", hopper.read_recording, "/dev/zero")
     refused("needs to be a file", hopper.read_recording, folder)
     refused("", hopper.read_journal, folder)
+    journal = pathlib.Path(folder, "journal")
+    journal.mkdir()
+    journal.joinpath("hops.journal").write_bytes(b"HOPPERJ\n" + bytes([5, 0, 0, 0]))
+    refused("use a build of 25 November 2026 or before (format 5)", hopper.read_journal, journal)
+    build = (5).to_bytes(4, "little") + b"9.9.9"
+    begin = b"HOPJRNL\n" + (2).to_bytes(4, "little") + build[:4] + zlib.crc32(build).to_bytes(4, "little") + build[4:]
+    journal.joinpath("hops.journal").write_bytes(begin)
+    refused("it was written by version 9.9.9 (format 2)", hopper.read_journal, journal)
     for name, data in [("empty", b""), ("zeros", bytes(1000)), ("text", b"hello" * 100)]:
         path = pathlib.Path(folder, name)
         path.write_bytes(data)

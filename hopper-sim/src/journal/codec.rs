@@ -9,8 +9,8 @@ use serde::de::DeserializeOwned;
 
 use super::JournalError;
 
-/// Most bytes a decoder may claim: the longest header.
-pub(crate) const BYTES_MAX: usize = 1 << 24;
+/// Most bytes a decoder may claim.
+const BYTES_MAX: usize = 1 << 24;
 
 /// Little-endian integers of fixed width, lengths as u64, variants as u32.
 fn config() -> impl bincode::config::Config {

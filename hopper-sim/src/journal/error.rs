@@ -94,6 +94,43 @@ pub enum JournalError {
         /// What about it.
         reason: String,
     },
+    /// It was written before the first release.
+    #[error(
+        "{} is of an older format, which this build does not read: use a build of 25 November 2026 or before (format {format})",
+        path.display()
+    )]
+    OlderFormat {
+        /// The file.
+        path: PathBuf,
+        /// Its format.
+        format: u32,
+    },
+    /// It was written by a later build, in another layout.
+    #[error(
+        "{} is of a newer format than this build reads: it was written by version {version} (format {format})",
+        path.display()
+    )]
+    NewerFormat {
+        /// The file.
+        path: PathBuf,
+        /// Its format.
+        format: u32,
+        /// The build that wrote it.
+        version: String,
+    },
+    /// Its header has a field that only other builds know.
+    #[error(
+        "{} has the field {field} in its header, which this build does not know: it was written by version {version}",
+        path.display()
+    )]
+    UnknownField {
+        /// The file.
+        path: PathBuf,
+        /// Path of the field, such as `brief.guard.deadline_ns`.
+        field: String,
+        /// The build that wrote it.
+        version: String,
+    },
     /// It belongs to another mission.
     #[error("the journal is of another mission: {field} needs {need}, got {got}")]
     Mismatch {

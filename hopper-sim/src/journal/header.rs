@@ -1,59 +1,41 @@
 //! The journal's header: which mission this is, complete enough to fly it again.
+//!
+//! ```text
+//! magic | format u32, little-endian | frame of the build's version | frame of a JSON text
+//! ```
+//!
+//! The text names its fields, those of [`JournalHeader`]. A field that a build does not know is refused by name, and one that an
+//! older build did not write takes its default.
 
 use std::io;
 use std::path::Path;
 
-use contract::limits::{GOALS_MAX, TREASURES_MAX};
 use contract::wire::BriefV9;
-use contract::{
-    Brief, Cell, Cover, Grid, Guard, Limits, Mixed, MotionParameters, Name, Patrol, Payoff, Priors, Profile,
-    Range, Reading, RunId, Scout, SensorParameters, Weights,
-};
+use contract::{Brief, Limits, Name, RunId};
 use scenario::{Difference, Fleet, ResolvedScenario, Scenario, ScenarioError};
-use serde::de::Error as _;
-use serde::{Deserialize, Deserializer, Serialize};
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
 
 use super::disagreement::{Disagreement, agree};
-use super::{JournalError, Storage, codec, frame};
+use super::{JournalError, Storage, frame};
 
 /// First bytes of every journal.
-const MAGIC: [u8; 8] = *b"HOPPERJ\n";
+const MAGIC: [u8; 8] = *b"HOPJRNL\n";
 
-/// Version of the layout of header and records; a changed layout takes a new one. That of a single hopper's mission.
-pub const FORMAT: u32 = 5;
+/// First bytes of a journal of before the first release, in one of its formats.
+const MAGIC_BEFORE: [u8; 8] = *b"HOPPERJ\n";
 
-/// As [`FORMAT`], of a mission of rovers that cover ground: its header holds them, and its brief the task.
-const FORMAT_OF_ROVERS: u32 = 6;
+/// Version of the layout of header and records. A new field of the header needs no new one, another layout of records does.
+pub const FORMAT: u32 = 1;
 
-/// As [`FORMAT_OF_ROVERS`], of a mission whose robots announce routes, which stand behind the records that announce them.
-const FORMAT_OF_ROUTES: u32 = 7;
+/// Version of this build, which a journal that it begins names.
+const VERSION: &str = env!("CARGO_PKG_VERSION");
 
-/// As [`FORMAT_OF_ROUTES`], of a hopper with helicopters: its brief is that of a hopper.
-const FORMAT_OF_ACCOMPANIED: u32 = 8;
+/// Most bytes of a header's text.
+const TEXT_BYTES_MAX: usize = 1 << 24;
 
-/// As [`FORMAT_OF_ROUTES`], of a mission of several stages: its task has their number.
-const FORMAT_OF_STAGES: u32 = 9;
-
-/// As [`FORMAT_OF_ROUTES`], of a mission whose robots have tasks of their own: its header holds all of these.
-const FORMAT_OF_MIXED: u32 = 10;
-
-/// The format of the release before, whose brief has neither a [`Reading`] nor the number of treasures; its journals are
-/// read and resumed all the same. Format 4 was never released.
-const FORMAT_BEFORE: u32 = 3;
-
-/// All formats that are read.
-const FORMATS: [u32; 7] = [
-    FORMAT_BEFORE,
-    FORMAT,
-    FORMAT_OF_ROVERS,
-    FORMAT_OF_ROUTES,
-    FORMAT_OF_ACCOMPANIED,
-    FORMAT_OF_STAGES,
-    FORMAT_OF_MIXED,
-];
-
-/// Bytes before the header's frame.
-const PREAMBLE_BYTES: usize = MAGIC.len() + size_of::<u32>();
+/// Most characters that an error quotes of a header.
+const EXCERPT_CHARS_MAX: usize = 200;
 
 /// Which mission the journal is of. The brief holds run nonce, scenario name and hash, and profile.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -148,336 +130,107 @@ impl JournalHeader {
 
     /// Everything before the first record's frame.
     pub(super) fn seal(&self) -> Result<Vec<u8>, JournalError> {
+        let text = serde_json::to_vec(self).expect("a header is plain data");
         let mut bytes = MAGIC.to_vec();
-        if let Some(header) = HeaderOfMixed::of(self) {
-            bytes.extend(FORMAT_OF_MIXED.to_le_bytes());
-            bytes.extend(frame::seal(&codec::encode(&header)?, codec::BYTES_MAX)?);
-            return Ok(bytes);
-        }
-        let format = match (&self.brief.scout, &self.fleet) {
-            (Some(Scout { stages: 1, .. }), _) => FORMAT_OF_ROUTES,
-            (Some(_), _) => FORMAT_OF_STAGES,
-            (None, Some(_)) if self.brief.is_of_hopper() => FORMAT_OF_ACCOMPANIED,
-            (None, Some(_)) => FORMAT_OF_ROVERS,
-            (None, None) => FORMAT,
-        };
-        bytes.extend(format.to_le_bytes());
-        bytes.extend(frame::seal(&codec::encode(self)?, codec::BYTES_MAX)?);
+        bytes.extend(FORMAT.to_le_bytes());
+        bytes.extend(frame::seal(VERSION.as_bytes(), Name::BYTES)?);
+        bytes.extend(frame::seal(&text, TEXT_BYTES_MAX)?);
         Ok(bytes)
     }
 
     /// The header of `file`, which is at `path`, with the byte where it ends.
     pub(super) fn read(file: &impl Storage, path: &Path) -> Result<(Self, u64), JournalError> {
-        let bad = |reason: String| JournalError::BadHeader { path: path.into(), reason };
-        let short = |error: io::Error| match error.kind() {
-            io::ErrorKind::UnexpectedEof => bad("it ends within its header".into()),
-            _ => super::io("read", path)(error),
+        let mut parts = Parts { file, path, offset: 0 };
+        let [magic, format] = [parts.bytes(MAGIC.len())?, parts.bytes(size_of::<u32>())?];
+        let format = u32::from_le_bytes(format.try_into().expect("four bytes"));
+        if magic == MAGIC_BEFORE {
+            return Err(JournalError::OlderFormat { path: path.into(), format });
+        }
+        if magic != MAGIC || format < FORMAT {
+            return Err(parts.bad("its first bytes are none of a journal's".into()));
+        }
+        // Every later format begins in the same way.
+        let version = excerpt(&String::from_utf8_lossy(&parts.frame(Name::BYTES)?));
+        if format > FORMAT {
+            return Err(JournalError::NewerFormat { path: path.into(), format, version });
+        }
+        let text = parts.frame(TEXT_BYTES_MAX)?;
+        let bad = |error: serde_json::Error| {
+            parts.bad(format!("{} (written by version {version})", excerpt(&error.to_string())))
         };
-        let mut preamble = [0; PREAMBLE_BYTES + 4];
-        file.read_exact_at(&mut preamble, 0).map_err(short)?;
-        let (magic, rest) = preamble.split_at(MAGIC.len());
-        let (format, length) = rest.split_at(size_of::<u32>());
-        if magic != MAGIC {
-            return Err(bad("its first bytes are none of a journal's".into()));
+        let header: Self = serde_json::from_slice(&text).map_err(bad)?;
+        let written: Value = serde_json::from_slice(&text).map_err(bad)?;
+        let known = serde_json::to_value(&header).map_err(bad)?;
+        if let Some(field) = unknown_field(&written, &known) {
+            return Err(JournalError::UnknownField { path: path.into(), field: excerpt(&field), version });
         }
-        let number = |bytes: &[u8]| u32::from_le_bytes(bytes.try_into().expect("four bytes"));
-        let format = number(format);
-        if !FORMATS.contains(&format) {
-            let need = FORMATS.map(|format| format.to_string()).join(", ");
-            let got = format.to_string();
-            return Err(JournalError::Mismatch { field: "format".into(), need, got });
-        }
-        let length = number(length) as usize;
-        if length > codec::BYTES_MAX {
-            return Err(bad(format!("a header needs at most {} bytes, got {length}", codec::BYTES_MAX)));
-        }
-        let mut frame = vec![0; frame::PREFIX_BYTES + length];
-        file.read_exact_at(&mut frame, PREAMBLE_BYTES as u64).map_err(short)?;
-        let payload = frame::payload(&frame, codec::BYTES_MAX)
-            .ok_or_else(|| bad("its checksum does not hold".into()))?;
-        let header: Self = match format {
-            FORMAT_OF_MIXED => codec::decode::<HeaderOfMixed>(payload).map_err(bad)?.into(),
-            FORMAT_OF_ACCOMPANIED => codec::decode::<HeaderOfAccompanied>(payload).map_err(bad)?.into(),
-            FORMAT_OF_STAGES => codec::decode::<HeaderOfRobots<Scout>>(payload).map_err(bad)?.into(),
-            FORMAT_OF_ROUTES => {
-                codec::decode::<HeaderOfRobots<ScoutOfOneStage>>(payload).map_err(bad)?.into()
-            }
-            FORMAT_OF_ROVERS => codec::decode::<HeaderOfRobots<Cover>>(payload).map_err(bad)?.into(),
-            FORMAT => codec::decode::<HeaderOfHopper>(payload).map_err(bad)?.into(),
-            _ => codec::decode::<HeaderBefore>(payload).map_err(bad)?.into(),
-        };
         if header.fleet.is_some() != header.brief.has_team() {
-            return Err(bad("brief and robots are of different missions".into()));
+            return Err(parts.bad("brief and robots are of different missions".into()));
         }
         // The bounds of the wire are those of the journal too; they are stated there.
-        Brief::try_from(&BriefV9::from(&header.brief)).map_err(|refusal| bad(refusal.to_string()))?;
-        Ok((header, (PREAMBLE_BYTES + frame.len()) as u64))
+        Brief::try_from(&BriefV9::from(&header.brief)).map_err(|refusal| parts.bad(refusal.to_string()))?;
+        Ok((header, parts.offset))
     }
 }
 
-/// [`JournalHeader`] in [`FORMAT`].
-#[derive(Deserialize)]
-struct HeaderOfHopper {
-    brief: BriefOf<Priors>,
-    reading: Reading,
-    seed: u64,
-    resolved: String,
+/// Reads a header part by part.
+struct Parts<'a, S> {
+    file: &'a S,
+    path: &'a Path,
+    /// Where the next part begins, bytes.
+    offset: u64,
 }
 
-/// [`JournalHeader`] in [`FORMAT_OF_ROVERS`], [`FORMAT_OF_ROUTES`] and [`FORMAT_OF_STAGES`], which differ in their task.
-#[derive(Deserialize)]
-struct HeaderOfRobots<T> {
-    brief: BriefOf<Priors>,
-    reading: Reading,
-    task: Option<T>,
-    seed: u64,
-    resolved: String,
-    fleet: Option<Fleet>,
-}
-
-/// [`Scout`] in [`FORMAT_OF_ROUTES`] and [`FORMAT_OF_MIXED`], whose missions have one stage.
-#[derive(Serialize, Deserialize)]
-struct ScoutOfOneStage {
-    seed: u64,
-    rover_samples: u32,
-    helicopter_samples: u32,
-}
-
-/// [`JournalHeader`] in [`FORMAT_OF_ACCOMPANIED`].
-#[derive(Deserialize)]
-struct HeaderOfAccompanied {
-    brief: BriefOf<Priors>,
-    reading: Reading,
-    seed: u64,
-    resolved: String,
-    fleet: Option<Fleet>,
-}
-
-/// [`JournalHeader`] in [`FORMAT_OF_MIXED`].
-#[derive(Serialize, Deserialize)]
-struct HeaderOfMixed {
-    brief: BriefOf<Priors>,
-    reading: Reading,
-    cover: Option<Cover>,
-    scout: Option<ScoutOfOneStage>,
-    mixed: Mixed,
-    seed: u64,
-    resolved: String,
-    fleet: Option<Fleet>,
-}
-
-impl HeaderOfMixed {
-    /// `None` of a header of another mission.
-    fn of(header: &JournalHeader) -> Option<Self> {
-        let JournalHeader { brief, seed, resolved, fleet } = header;
-        let Brief {
-            run, scenario, scenario_hash, profile, robots, grid, datum_m, start, goal, patrol, ..
-        } = *brief;
-        let Brief {
-            weights,
-            payoff,
-            priors,
-            motion,
-            sensor,
-            limits,
-            guard,
-            reading,
-            cover,
-            scout,
-            mixed,
-            ..
-        } = *brief;
-        Some(Self {
-            brief: BriefOf {
-                run,
-                scenario,
-                scenario_hash,
-                profile,
-                robots,
-                grid,
-                datum_m,
-                start,
-                goal,
-                patrol,
-                weights,
-                payoff,
-                priors,
-                motion,
-                sensor,
-                limits,
-                guard,
-            },
-            reading,
-            cover,
-            scout: scout.map(ScoutOfOneStage::from),
-            mixed: mixed?,
-            seed: *seed,
-            resolved: resolved.clone(),
-            fleet: fleet.clone(),
-        })
+impl<S: Storage> Parts<'_, S> {
+    fn bytes(&mut self, count: usize) -> Result<Vec<u8>, JournalError> {
+        let mut bytes = vec![0; count];
+        self.file.read_exact_at(&mut bytes, self.offset).map_err(|error| match error.kind() {
+            io::ErrorKind::UnexpectedEof => self.bad("it ends within its header".into()),
+            _ => super::io("read", self.path)(error),
+        })?;
+        self.offset += count as u64;
+        Ok(bytes)
     }
-}
 
-/// [`JournalHeader`] in [`FORMAT_BEFORE`].
-#[derive(Deserialize)]
-struct HeaderBefore {
-    brief: BriefOf<PriorsBefore>,
-    seed: u64,
-    resolved: String,
-}
-
-/// The fields that [`Brief`] begins with in every format; they mean the same.
-#[derive(Serialize, Deserialize)]
-struct BriefOf<P> {
-    run: RunId,
-    scenario: Name,
-    scenario_hash: [u8; 32],
-    profile: Profile,
-    robots: u16,
-    grid: Grid,
-    datum_m: f64,
-    start: Cell,
-    goal: Cell,
-    #[serde(deserialize_with = "patrol")]
-    patrol: Option<Patrol>,
-    weights: Weights,
-    payoff: Payoff,
-    priors: P,
-    motion: MotionParameters,
-    sensor: SensorParameters,
-    limits: Limits,
-    guard: Guard,
-}
-
-/// [`Patrol`] as it lies in a header, its goals not yet counted.
-#[derive(Deserialize)]
-struct PatrolAsWritten {
-    cells: [Cell; GOALS_MAX],
-    count: u32,
-    hops_max: u64,
-}
-
-/// Reads a patrol whose goals can be counted.
-fn patrol<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Patrol>, D::Error> {
-    let Some(written) = Option::<PatrolAsWritten>::deserialize(deserializer)? else { return Ok(None) };
-    let PatrolAsWritten { cells, count, hops_max } = written;
-    let goals = usize::try_from(count).ok().and_then(|count| cells.get(..count));
-    let patrol = goals.and_then(|goals| Patrol::new(goals, hops_max));
-    let refusal = || {
-        D::Error::custom(format!(
-            "a patrol needs 2 to {GOALS_MAX} goals and a hop, got {count} and {hops_max}"
-        ))
-    };
-    patrol.ok_or_else(refusal).map(Some)
-}
-
-/// [`Priors`] in [`FORMAT_BEFORE`].
-#[derive(Deserialize)]
-struct PriorsBefore {
-    safety: Range,
-    height_m: Range,
-}
-
-impl From<HeaderBefore> for JournalHeader {
-    fn from(HeaderBefore { brief, seed, resolved }: HeaderBefore) -> Self {
-        let PriorsBefore { safety, height_m } = brief.priors;
-        let priors = Priors { safety, height_m, treasures: treasures_of(&resolved) };
-        Self { brief: brief.with(priors, Reading::default()), seed, resolved, fleet: None }
-    }
-}
-
-impl From<HeaderOfHopper> for JournalHeader {
-    fn from(HeaderOfHopper { brief, reading, seed, resolved }: HeaderOfHopper) -> Self {
-        let priors = brief.priors;
-        Self { brief: brief.with(priors, reading), seed, resolved, fleet: None }
-    }
-}
-
-impl From<HeaderOfAccompanied> for JournalHeader {
-    fn from(HeaderOfAccompanied { brief, reading, seed, resolved, fleet }: HeaderOfAccompanied) -> Self {
-        let priors = brief.priors;
-        Self { brief: brief.with(priors, reading), seed, resolved, fleet }
-    }
-}
-
-impl From<HeaderOfMixed> for JournalHeader {
-    fn from(header: HeaderOfMixed) -> Self {
-        let HeaderOfMixed { brief, reading, cover, scout, mixed, seed, resolved, fleet } = header;
-        let priors = brief.priors;
-        let scout = scout.map(Scout::from);
-        let brief = Brief { cover, scout, mixed: Some(mixed), ..brief.with(priors, reading) };
-        Self { brief, seed, resolved, fleet }
-    }
-}
-
-impl From<HeaderOfRobots<Cover>> for JournalHeader {
-    fn from(HeaderOfRobots { brief, reading, task, seed, resolved, fleet }: HeaderOfRobots<Cover>) -> Self {
-        let priors = brief.priors;
-        Self { brief: Brief { cover: task, ..brief.with(priors, reading) }, seed, resolved, fleet }
-    }
-}
-
-impl From<HeaderOfRobots<Scout>> for JournalHeader {
-    fn from(HeaderOfRobots { brief, reading, task, seed, resolved, fleet }: HeaderOfRobots<Scout>) -> Self {
-        let priors = brief.priors;
-        Self { brief: Brief { scout: task, ..brief.with(priors, reading) }, seed, resolved, fleet }
-    }
-}
-
-impl From<HeaderOfRobots<ScoutOfOneStage>> for JournalHeader {
-    fn from(header: HeaderOfRobots<ScoutOfOneStage>) -> Self {
-        let HeaderOfRobots { brief, reading, task, seed, resolved, fleet } = header;
-        HeaderOfRobots { brief, reading, task: task.map(Scout::from), seed, resolved, fleet }.into()
-    }
-}
-
-impl From<ScoutOfOneStage> for Scout {
-    fn from(ScoutOfOneStage { seed, rover_samples, helicopter_samples }: ScoutOfOneStage) -> Self {
-        Self { seed, rover_samples, helicopter_samples, stages: 1 }
-    }
-}
-
-impl From<Scout> for ScoutOfOneStage {
-    fn from(Scout { seed, rover_samples, helicopter_samples, stages: _ }: Scout) -> Self {
-        Self { seed, rover_samples, helicopter_samples }
-    }
-}
-
-impl<P> BriefOf<P> {
-    /// The brief of a hopper's mission with these fields.
-    fn with(self, priors: Priors, reading: Reading) -> Brief {
-        let Self { run, scenario, scenario_hash, profile, robots, grid, datum_m, start, goal, .. } = self;
-        let Self { patrol, weights, payoff, motion, sensor, limits, guard, .. } = self;
-        Brief {
-            run,
-            scenario,
-            scenario_hash,
-            profile,
-            robots,
-            grid,
-            datum_m,
-            start,
-            goal,
-            patrol,
-            weights,
-            payoff,
-            priors,
-            motion,
-            sensor,
-            limits,
-            guard,
-            reading,
-            cover: None,
-            scout: None,
-            mixed: None,
+    /// The payload of the next frame, of at most so many bytes.
+    fn frame(&mut self, payload_max: usize) -> Result<Vec<u8>, JournalError> {
+        let mut frame = self.bytes(frame::PREFIX_BYTES)?;
+        let length = u32::from_le_bytes([frame[0], frame[1], frame[2], frame[3]]) as usize;
+        if length > payload_max {
+            return Err(self.bad(format!("a part of it needs at most {payload_max} bytes, got {length}")));
         }
+        frame.extend(self.bytes(length)?);
+        let payload = frame::payload(&frame, payload_max).map(<[u8]>::to_vec);
+        payload.ok_or_else(|| self.bad("its checksum does not hold".into()))
+    }
+
+    fn bad(&self, reason: String) -> JournalError {
+        JournalError::BadHeader { path: self.path.into(), reason }
     }
 }
 
-/// How many treasures the canonical text of a scenario has; it was checked when the journal was made.
-fn treasures_of(resolved: &str) -> u32 {
-    let scenario = Scenario::parse(resolved, "the journal's scenario");
-    scenario.map_or(0, |scenario| scenario.truth.treasures.len().min(TREASURES_MAX) as u32)
+/// The path of the first field that is `written` and not `known`.
+fn unknown_field(written: &Value, known: &Value) -> Option<String> {
+    match (written, known) {
+        (Value::Object(written), Value::Object(known)) => {
+            written.iter().find_map(|(name, written)| match known.get(name) {
+                Some(known) => unknown_field(written, known).map(|field| format!("{name}.{field}")),
+                None => Some(name.clone()),
+            })
+        }
+        (Value::Array(written), Value::Array(known)) => {
+            let mut elements = written.iter().zip(known).enumerate();
+            elements.find_map(|(number, (written, known))| {
+                unknown_field(written, known).map(|field| format!("{number}.{field}"))
+            })
+        }
+        _ => None,
+    }
+}
+
+/// What an error shows of a text that anybody may have written.
+fn excerpt(text: &str) -> String {
+    text.chars().take(EXCERPT_CHARS_MAX).flat_map(char::escape_debug).collect()
 }
 
 fn differing(field: &str, need: String, got: String) -> Result<(), Disagreement> {
@@ -492,19 +245,4 @@ fn no_scenario(error: ScenarioError) -> Disagreement {
 
 fn hex(bytes: &[u8; 32]) -> String {
     contract::Digest(*bytes).to_string()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_journal_of_the_format_before_has_the_treasures_of_its_scenario() {
-        for (name, treasures) in [("treasures", 4), ("hard", 0)] {
-            let world = scenario::load(name).and_then(|scenario| scenario.resolve());
-            let resolved = world.expect("a built-in scenario").resolved;
-            assert_eq!(treasures_of(&resolved), treasures, "{name}");
-        }
-        assert_eq!(treasures_of("not a scenario"), 0);
-    }
 }

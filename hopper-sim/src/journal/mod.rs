@@ -1,11 +1,13 @@
 //! The journal: a directory that holds every executed decision of one run, the only durable thing here.
 //!
 //! ```text
-//! DIR/hops.journal   magic, format version, one header frame, then one frame per decision from 0 on;
-//!                    flock'ed by the process that writes
+//! DIR/hops.journal   magic, format, frames of the build's version and of the header's text, then one frame per
+//!                    decision from 0 on; flock'ed by the process that writes
 //! DIR/lock           flock'ed by it too; holds its pid as text
-//! frame              length u32 | CRC-32 of length and payload u32 | payload (bincode), little-endian
+//! frame              length u32 | CRC-32 of length and payload u32 | payload, little-endian
 //! ```
+//!
+//! A header is text (`header.rs`), records are bincode.
 //!
 //! The payload of a record that announces a route has the points of the route behind the record.
 //!

@@ -1,11 +1,12 @@
 //! A small world, a scripted planner, a host that carries out the arbiter's effects.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use contract::{
     Action, Brief, Cell, Command, Direction, GradientSource, Grid, Ground, Heartbeat, Incarnation, Limits,
-    MonotonicNs, MotionParameters, Name, Payoff, Priors, Profile, Range, Record, Role, RunId,
-    SensorParameters, Soil, SoilMotion, State, Status, Term, Weights,
+    MonotonicNs, MotionParameters, Name, Payoff, Priors, Profile, Record, Role, RunId, SensorParameters,
+    Soil, SoilMotion, State, Status, Term, Weights,
 };
 use hopper_sim::{Arbiter, Effect, Event, JournalHeader, Mission, Pace, ROBOT};
 use terrain::Terrain;
@@ -34,8 +35,8 @@ pub fn brief() -> Brief {
         weights: Weights { safety: 0.5, information: 0.5, distance: 10.0 },
         payoff: Payoff { goal: 100.0, treasure: 10.0, discount: 0.99, sand_term: -5.0 },
         priors: Priors {
-            safety: Range { min: -0.1, max: 5.0 },
-            height_m: Range { min: -0.2, max: 0.2 },
+            safety: contract::Range { min: -0.1, max: 5.0 },
+            height_m: contract::Range { min: -0.2, max: 0.2 },
             treasures: 0,
         },
         motion: MotionParameters {
@@ -100,6 +101,25 @@ pub fn header(mission: &Mission) -> JournalHeader {
                     [brief]\nname = \"bench\"\nprofile = \"hopper\"\nstart = [1, 2]\ngoal = [7, 6]\n"
         .into();
     JournalHeader { brief: mission.brief, seed: mission.seed, resolved, fleet: None }
+}
+
+/// A frame of a journal.
+pub fn frame(payload: &[u8]) -> Vec<u8> {
+    let length = (payload.len() as u32).to_le_bytes();
+    let checksum = crc32fast::hash(&[&length, payload].concat()).to_le_bytes();
+    [&length, &checksum, payload].concat()
+}
+
+/// Where the payloads of the header lie that `bytes` begin with: the version of the build, and the text. Magic and format stand
+/// before them, length and checksum before each.
+pub fn header_payloads(bytes: &[u8]) -> [Range<usize>; 2] {
+    let payload = |at: usize| {
+        let length = u32::from_le_bytes(bytes[at..at + 4].try_into().unwrap());
+        at + 8..at + 8 + length as usize
+    };
+    let version = payload(12);
+    let text = payload(version.end);
+    [version, text]
 }
 
 /// Towards the goal along the longer side, with a halt every seventh decision.

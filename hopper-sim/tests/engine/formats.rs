@@ -1,10 +1,16 @@
-//! What journals of each kind of mission are called, and that each is read back as it was written.
+//! The header of a journal: what stands in it for each kind of mission, and what of another build is refused.
+
+use std::fs;
+use std::path::Path;
 
 use contract::{Brief, Limits, RunId};
-use hopper_sim::journal::FILE_NAME;
-use hopper_sim::{Journal, JournalError, JournalHeader, JournalReader};
+use hopper_sim::journal::{FILE_NAME, FORMAT};
+use hopper_sim::{Journal, JournalError, JournalHeader, JournalReader, verify};
 use scenario::ResolvedScenario;
-use tempfile::tempdir;
+use serde_json::{Value, json};
+use tempfile::{TempDir, tempdir};
+
+use crate::fixture::{frame, header_payloads};
 
 fn world(scenario: &str) -> ResolvedScenario {
     scenario::load(scenario).unwrap().resolve().unwrap()
@@ -14,49 +20,152 @@ fn header(scenario: &str) -> JournalHeader {
     JournalHeader::new(&world(scenario), 7).with_run(RunId(5))
 }
 
-/// P-JOURNAL-FORMATS.
+/// A journal without records.
+fn begun(header: &JournalHeader) -> (TempDir, Vec<u8>) {
+    let dir = tempdir().unwrap();
+    drop(Journal::create(dir.path(), header, false).unwrap());
+    let bytes = fs::read(dir.path().join(FILE_NAME)).unwrap();
+    (dir, bytes)
+}
+
+/// The text of the header that `bytes` begin with.
+fn text(bytes: &[u8]) -> Value {
+    let [_, text] = header_payloads(bytes);
+    serde_json::from_slice(&bytes[text]).unwrap()
+}
+
+/// The journal in `dir` with this format, build and text before its records, of which it has none.
+fn rewrite(dir: &Path, format: u32, version: &str, text: &Value) {
+    let [version, text] = [frame(version.as_bytes()), frame(text.to_string().as_bytes())];
+    let bytes = [&b"HOPJRNL\n"[..], &format.to_le_bytes(), &version, &text].concat();
+    fs::write(dir.join(FILE_NAME), bytes).unwrap();
+}
+
+/// Why the journal in `dir` is refused by all who open one, which leave it as it is.
+fn refusal(dir: &Path) -> JournalError {
+    let before = fs::read(dir.join(FILE_NAME)).unwrap();
+    let (expected, ground) = (header("hard"), world("hard").terrain);
+    let error = JournalReader::open(dir).unwrap_err();
+    for other in [
+        verify(dir).unwrap_err(),
+        Journal::open(dir, false).unwrap_err(),
+        Journal::resume(dir, &expected, &ground, false).unwrap_err(),
+        Journal::resume_run(dir, &expected, &ground, false).unwrap_err(),
+    ] {
+        assert_eq!(other.to_string(), error.to_string());
+    }
+    assert_eq!((error.exit(), error.to_string().lines().count()), (process::Exit::Usage, 1), "{error}");
+    assert_eq!(fs::read(dir.join(FILE_NAME)).unwrap(), before);
+    error
+}
+
+/// P-JOURNAL-HEADER.
 #[test]
-fn a_journal_of_each_kind_of_mission_has_its_format_and_is_read_back_whole() {
-    let formats =
-        [("hard", 5_u32), ("coverage", 6), ("rover-helicopter", 7), ("hopper-scout", 8), ("expedition", 10)];
-    for (scenario, format) in formats {
-        let (dir, header) = (tempdir().unwrap(), header(scenario));
-        drop(Journal::create(dir.path(), &header, false).unwrap());
-        let bytes = std::fs::read(dir.path().join(FILE_NAME)).unwrap();
-        assert_eq!(bytes[8..12], format.to_le_bytes(), "{scenario}");
+fn the_header_of_each_kind_of_mission_names_itself_and_is_read_back_whole() {
+    let kinds = ["hard", "treasures", "patrol", "coverage", "rover-helicopter", "hopper-scout", "expedition"];
+    let mut headers = kinds.map(|scenario| (scenario, header(scenario))).to_vec();
+    let mut stages = header("rover-helicopter");
+    stages.brief.scout.as_mut().unwrap().stages = 3;
+    headers.push(("rover-helicopter", stages));
+    for (scenario, header) in headers {
+        let (dir, bytes) = begun(&header);
+        let [version, _] = header_payloads(&bytes);
+        assert_eq!((&bytes[..8], &bytes[8..12]), (&b"HOPJRNL\n"[..], &FORMAT.to_le_bytes()[..]));
+        assert_eq!(bytes[version], *env!("CARGO_PKG_VERSION").as_bytes());
+        let text = text(&bytes);
+        assert_eq!((&text["seed"], &text["brief"]["scenario"]), (&json!(7), &json!(scenario)));
+        assert_eq!(text["resolved"], json!(header.resolved));
         assert_eq!(JournalReader::open(dir.path()).unwrap().header(), &header, "{scenario}");
         let again = Journal::resume_run(dir.path(), &header, &world(scenario).terrain, false).unwrap();
         assert_eq!((again.header(), again.is_empty(), again.len()), (&header, true, 0), "{scenario}");
     }
 }
 
-/// P-OLD-JOURNAL: its header is what this build makes of its scenario, and each record comes out the same again.
+/// P-OTHER-FORMAT: whatever stands behind the first bytes.
 #[test]
-fn a_journal_of_the_release_before_is_sound() {
-    let golden = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/golden/hard-journal");
-    let verification = hopper_sim::verify(&golden).unwrap();
-    assert_eq!((verification.faults(), verification.unrepeated.clone()), (vec![], None), "{verification}");
-    assert_eq!(verification.decisions, 37);
+fn a_journal_of_an_older_format_is_refused_with_the_build_that_reads_it() {
+    let (dir, bytes) = begun(&header("hard"));
+    for format in 2_u32..=10 {
+        let older = [&b"HOPPERJ\n"[..], &format.to_le_bytes(), &bytes[12..]].concat();
+        fs::write(dir.path().join(FILE_NAME), older).unwrap();
+        let told = format!(
+            "{} is of an older format, which this build does not read: use a build of 25 November 2026 or before (format {format})",
+            dir.path().join(FILE_NAME).display()
+        );
+        assert_eq!(refusal(dir.path()).to_string(), told);
+    }
 }
 
-/// P-STAGES-FORMAT: only a mission of several stages has their number in its journal; one of one stage is as it was before there were
-/// any.
+/// P-OTHER-FORMAT
 #[test]
-fn a_journal_of_several_stages_has_a_format_of_its_own() {
-    let dir = tempdir().unwrap();
-    let written = |name: &str, stages: u32| {
-        let mut header = header("rover-helicopter");
-        header.brief.scout.as_mut().unwrap().stages = stages;
-        let dir = dir.path().join(name);
-        drop(Journal::create(&dir, &header, false).unwrap());
-        assert_eq!(JournalReader::open(&dir).unwrap().header(), &header, "{name}");
-        let ground = world("rover-helicopter").terrain;
-        assert_eq!(Journal::resume_run(&dir, &header, &ground, false).unwrap().header(), &header, "{name}");
-        std::fs::read(dir.join(FILE_NAME)).unwrap()
+fn a_journal_of_a_newer_format_is_refused_with_the_build_that_wrote_it() {
+    let (dir, bytes) = begun(&header("hard"));
+    for format in [FORMAT + 1, 3, u32::MAX] {
+        rewrite(dir.path(), format, "7.8.9", &text(&bytes));
+        let told = format!(
+            "{} is of a newer format than this build reads: it was written by version 7.8.9 (format {format})",
+            dir.path().join(FILE_NAME).display()
+        );
+        assert_eq!(refusal(dir.path()).to_string(), told);
+    }
+    rewrite(dir.path(), 0, "7.8.9", &text(&bytes));
+    assert!(matches!(refusal(dir.path()), JournalError::BadHeader { .. }));
+}
+
+/// P-HEADER-FIELDS
+#[test]
+fn a_field_of_the_header_that_is_not_known_is_refused_by_name() {
+    let (dir, bytes) = begun(&header("expedition"));
+    let cases: [(&str, fn(&mut Value)); 4] = [
+        ("weather", |text| text["weather"] = json!({ "wind": 1.0 })),
+        ("brief.guard.patience", |text| text["brief"]["guard"]["patience"] = json!(null)),
+        ("brief.motion.hard.tilt", |text| text["brief"]["motion"]["hard"]["tilt"] = json!([])),
+        ("fleet.robots.1.wings", |text| text["fleet"]["robots"][1]["wings"] = json!(2)),
+    ];
+    for (field, change) in cases {
+        let mut text = text(&bytes);
+        change(&mut text);
+        rewrite(dir.path(), FORMAT, "7.8.9", &text);
+        let told = format!(
+            "{} has the field {field} in its header, which this build does not know: it was written by version 7.8.9",
+            dir.path().join(FILE_NAME).display()
+        );
+        assert_eq!(refusal(dir.path()).to_string(), told);
+    }
+    // Of a text that somebody else wrote, an error quotes a part.
+    let mut text = text(&bytes);
+    text[&"long\n".repeat(10_000)] = json!(0);
+    rewrite(dir.path(), FORMAT, "7.8.9", &text);
+    assert!(refusal(dir.path()).to_string().len() < 600);
+}
+
+/// P-HEADER-FIELDS
+#[test]
+fn a_field_that_the_header_leaves_out_has_its_default_or_is_refused_by_name() {
+    let header = header("rover-helicopter");
+    let (dir, bytes) = begun(&header);
+    let without = |fields: &[&str]| {
+        let mut text = text(&bytes);
+        let (last, path) = fields.split_last().unwrap();
+        let object = path.iter().fold(&mut text, |value, field| &mut value[*field]);
+        object.as_object_mut().unwrap().remove(*last);
+        rewrite(dir.path(), FORMAT, "0.0.1", &text);
     };
-    let (one, three) = (written("one", 1), written("three", 3));
-    assert_eq!((one[8..12].to_vec(), three[8..12].to_vec()), (vec![7, 0, 0, 0], vec![9, 0, 0, 0]));
-    assert_eq!(three.len(), one.len() + size_of::<u32>());
+    for optional in
+        [&["brief", "patrol"][..], &["brief", "reading", "leaving"], &["brief", "scout", "stages"]]
+    {
+        without(optional);
+        assert_eq!(JournalReader::open(dir.path()).unwrap().header(), &header, "{optional:?}");
+    }
+    for needed in [&["brief"][..], &["seed"], &["resolved"], &["brief", "limits", "steps_max"]] {
+        without(needed);
+        let (error, field) = (refusal(dir.path()), needed.last().unwrap());
+        let told = format!("missing field `{field}`");
+        assert!(
+            matches!(&error, JournalError::BadHeader { reason, .. } if reason.contains(&told)),
+            "{error}"
+        );
+    }
 }
 
 #[test]

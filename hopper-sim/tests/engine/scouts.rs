@@ -330,8 +330,6 @@ fn a_resumed_mission_knows_every_route_and_where_each_robot_is_on_it() {
         assert_eq!(host.send(action), None, "{action}");
     }
     drop(host.journal.take());
-    let bytes = std::fs::read(folder.path().join("hops.journal")).unwrap();
-    assert_eq!(bytes[8..12], 7_u32.to_le_bytes(), "the format of missions with routes");
     let journal = Journal::resume(folder.path(), &header, &world.terrain, false).unwrap();
     assert_eq!(journal.routes().len(), 2);
     let records: Vec<_> = journal.records().map(Result::unwrap).collect();
@@ -405,8 +403,6 @@ fn a_resumed_hopper_sim_goes_on_in_the_same_stage() {
     let mut host = near_the_end_of_a_stage(&world, Some(journal));
     for _ in 0..2 {
         drop(host.journal.take());
-        let bytes = std::fs::read(folder.path().join("hops.journal")).unwrap();
-        assert_eq!(bytes[8..12], 9_u32.to_le_bytes(), "the format of missions of several stages");
         let journal = Journal::resume(folder.path(), &header, &world.terrain, false).unwrap();
         let records: Vec<_> = journal.records().map(Result::unwrap).collect();
         let mut resumed = Arbiter::new(mission(&world), records.last(), Pace::Max, 0, MonotonicNs(1));

@@ -7,6 +7,7 @@ use crate::limits::GOALS_MAX;
 
 /// Goals to be visited in turn, from the last to the first again.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(try_from = "PatrolAsWritten")]
 pub struct Patrol {
     /// The goals, the first `count` of them.
     cells: [Cell; GOALS_MAX],
@@ -39,6 +40,25 @@ impl Patrol {
     #[must_use]
     pub fn goal(&self, visits: u64) -> Cell {
         self.cells[(visits % u64::from(self.count)) as usize]
+    }
+}
+
+/// A [`Patrol`] whose goals are not yet counted.
+#[derive(Deserialize)]
+struct PatrolAsWritten {
+    cells: [Cell; GOALS_MAX],
+    count: u32,
+    hops_max: u64,
+}
+
+impl TryFrom<PatrolAsWritten> for Patrol {
+    type Error = String;
+
+    fn try_from(PatrolAsWritten { cells, count, hops_max }: PatrolAsWritten) -> Result<Self, String> {
+        let goals = cells.get(..count as usize);
+        goals.and_then(|goals| Patrol::new(goals, hops_max)).ok_or_else(|| {
+            format!("a patrol needs 2 to {GOALS_MAX} goals and a hop, got {count} and {hops_max}")
+        })
     }
 }
 
