@@ -36,13 +36,12 @@ fn any_process_of_hopper_and_helicopter_may_die_and_the_journal_is_that_of_locks
 #[test]
 fn the_hoppers_planner_is_swapped_live_and_the_helicopters_goes_on() {
     let mission = Mission::new("accompanied-swap");
-    let mut sim = mission.start("sim", &[&SCENARIO[..], &["--pace", "20"]].concat());
+    let begun = mission.start_sim_until(20, &SCENARIO);
     let _perception = mission.start("perception", &[]);
     let mut first = mission.start("planner", &["--robot", "0", "--algorithm", "mdp"]);
     let mut helicopter = mission.start("planner", &["--robot", "1", "--algorithm", "scout_ahead"]);
-    mission.await_decisions(20);
-    let mut second = mission.start("planner", &["--robot", "0", "--algorithm", "astar", "--takeover"]);
-    second.await_log("in command");
+    let words = ["--robot", "0", "--algorithm", "astar"];
+    let (mut sim, mut second) = mission.hand_over(begun, &SCENARIO, Some(&first), &words);
     assert_eq!(sim.code(), 0, "{}", sim.log());
     assert_eq!((first.code(), helicopter.code(), second.code()), (0, 0, 0));
     let mut led = leaders(&mission.verified());

@@ -135,7 +135,9 @@ fn the_commands_that_doctor_and_hopper_sim_name_are_enough() {
             if sim.has_ended().is_some() {
                 break;
             }
-            let planner = follow(&mission, &advice, "start `hopper ");
+            // Perception may not have been heard yet, and is advised too.
+            let (_, of_planner) = advice.split_once("start `hopper planner ").unwrap();
+            let planner = follow(&mission, &format!("start `hopper planner {of_planner}"), "start `hopper ");
             planner.await_log(" as ");
             peers.push(planner);
         }

@@ -180,26 +180,24 @@ fn any_process_of_an_expedition_may_die_and_the_journal_is_that_of_lockstep() {
     let sim_words = [&SCENARIO[..], &["--pace", "40"]].concat();
     let words =
         |robot: usize| ["--robot", ["0", "1", "2", "3", "4", "5"][robot], "--algorithm", PLANNERS[robot]];
-    let mut sim = mission.start("sim", &sim_words);
+    let mut sim = mission.start_sim_until(50, &sim_words);
+    let mut unsuited = mission.start("planner", &["--robot", "5", "--algorithm", "mdp", "--takeover"]);
+    unsuited.await_log("robot 5 of scenario expedition needs one of the planners");
     let mut perception = mission.start("perception", &[]);
     let mut planners: Vec<_> = (0..6).map(|robot| mission.start("planner", &words(robot))).collect();
     mission.await_decisions(20);
     planners[2].kill();
     planners[2] = mission.start("planner", &words(2));
-    mission.await_decisions(50);
-    sim.kill();
-    let mut sim = mission.start("sim", &sim_words);
+    assert_eq!(sim.code(), -1, "{}", sim.log());
+    let begun = mission.start_sim_until(100, &sim_words);
     mission.await_decisions(90);
     perception.kill();
     let mut perception = mission.start("perception", &[]);
     mission.await_decisions(130);
     planners[5].kill();
     planners[5] = mission.start("planner", &words(5));
-    mission.await_decisions(170);
-    let mut greedy = mission.start("planner", &["--robot", "3", "--algorithm", "greedy", "--takeover"]);
-    greedy.await_log("in command");
-    let mut unsuited = mission.start("planner", &["--robot", "5", "--algorithm", "mdp", "--takeover"]);
-    unsuited.await_log("robot 5 of scenario expedition needs one of the planners");
+    let greedy = ["--robot", "3", "--algorithm", "greedy"];
+    let (mut sim, mut greedy) = mission.hand_over(begun, &sim_words, Some(&planners[3]), &greedy);
     assert_eq!(sim.code(), 0, "{}", sim.log());
     unsuited.kill();
     for process in planners.iter_mut().chain([&mut perception, &mut greedy]) {

@@ -55,13 +55,13 @@ fn any_process_of_a_team_may_die_and_the_journal_is_that_of_lockstep() {
 #[test]
 fn the_planner_of_one_robot_is_swapped_live() {
     let mission = Mission::new("team-swap");
-    let mut sim = mission.start("sim", &["--scenario", "coverage", "--pace", "60"]);
+    let scenario = ["--scenario", "coverage", "--pace", "60"];
+    let begun = mission.start_sim_until(20, &scenario);
     let _perception = mission.start("perception", &[]);
     let mut all = mission.start("planner", &["--robot", "0,1,2,3", "--algorithm", "spiral"]);
-    mission.await_decisions(20);
-    let words = ["--robot", "1", "--algorithm", "cover_frontier", "--takeover"];
-    let mut one = mission.start("planner", &words);
-    one.await_log("in command");
+    // The planner of all goes on: without it the mission would wait for another robot.
+    let words = ["--robot", "1", "--algorithm", "cover_frontier"];
+    let (mut sim, mut one) = mission.hand_over(begun, &scenario, None, &words);
     assert_eq!(sim.code(), 0, "{}", sim.log());
     assert_eq!((all.code(), one.code()), (0, 0));
     let mut led = leaders(&mission.verified());

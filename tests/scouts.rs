@@ -85,14 +85,12 @@ fn any_process_of_rover_and_helicopter_may_die_and_the_journal_is_that_of_lockst
 #[test]
 fn the_helicopters_planner_is_swapped_live_and_the_rovers_goes_on() {
     let mission = Mission::new("scouts-swap");
-    let mut sim = mission.start("sim", &[&SCENARIO[..], &["--pace", "10"]].concat());
+    let begun = mission.start_sim_until(7, &SCENARIO);
     let _perception = mission.start("perception", &[]);
     let mut rover = mission.start("planner", &["--robot", "0", "--algorithm", "rrt_star_ett"]);
     let mut first = mission.start("planner", &["--robot", "1", "--algorithm", "rrt_star_it"]);
-    mission.await_decisions(6);
-    let words = ["--robot", "1", "--algorithm", "scout_value", "--takeover"];
-    let mut second = mission.start("planner", &words);
-    second.await_log("in command");
+    let words = ["--robot", "1", "--algorithm", "scout_value"];
+    let (mut sim, mut second) = mission.hand_over(begun, &SCENARIO, Some(&first), &words);
     assert_eq!(sim.code(), 0, "{}", sim.log());
     assert_eq!((rover.code(), first.code(), second.code()), (0, 0, 0));
     let mut led = leaders(&mission.verified());

@@ -51,11 +51,21 @@ fn the_four_may_be_started_in_any_order() {
     for order in permutations() {
         let mut mission = Mission::new("order");
         let mut processes = Vec::new();
+        // The others could end the mission before a monitor comes.
+        let is_watched_late = order[3] == "monitor";
         for role in order {
-            let words: &[&str] = if *role == *"sim" { &["--seed", "3"] } else { &[] };
-            let process = mission.start(role, words);
+            let process = match (role, is_watched_late) {
+                ("sim", true) => mission.start_slow_sim("3"),
+                ("sim", false) => mission.start("sim", &["--seed", "3"]),
+                _ => mission.start(role, &[]),
+            };
             process.await_log("joined");
             processes.push(process);
+        }
+        if is_watched_late {
+            let slow = processes.iter().position(|process| process.role == "sim").unwrap();
+            let slow = processes.swap_remove(slow);
+            processes.push(mission.hurry(slow, "3"));
         }
         for process in &mut processes {
             assert_eq!(process.code(), 0, "{order:?}: {}\n{}", process.role, process.log());

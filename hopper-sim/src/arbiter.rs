@@ -26,9 +26,8 @@ use contract::{
     RobotId, RobotSet, Role, Route, RouteId, State, Status, Team, Timing, Vetoed,
 };
 
-use crate::dynamics::{Execution, execute};
-use crate::guard::{Fallback, Guard};
-use crate::mission::opening_status;
+use crate::dynamics::Execution;
+use crate::guard::Fallback;
 use crate::{Mission, Pace, ROBOT, RobotTeam, Throttle};
 
 /// How often the current state is published again, nanoseconds: a lost sample costs no more.
@@ -123,9 +122,9 @@ pub struct Arbiter {
     /// Whether deadlines pass by the clock.
     deadlines: bool,
     state: State,
-    /// The robots, unless there is a single hopper. They are one decision ahead of the state while that is under way.
-    robots: Option<RobotTeam>,
-    /// What is published of them with the state.
+    /// The robots. They are one decision ahead of the state while that is under way.
+    robots: RobotTeam,
+    /// What is published of them with the state; nothing of a hopper alone.
     team: Option<Team>,
     phase: Phase,
     /// At most one for each robot.
@@ -163,6 +162,13 @@ impl Arbiter {
         let brief = &mission.brief;
         assert!(mission.terrain.grid == brief.grid, "the terrain lies on the grid of the brief");
         let start = mission.terrain.ground(brief.start).expect("the start lies on the grid");
+        let mut robots = RobotTeam::new(brief, &mission.terrain, mission.fleet.as_ref());
+        let (status, visits) = robots.opening();
+        if let Some(last) = last
+            && robots.count() == 1
+        {
+            robots.resume(&mission.terrain, last);
+        }
         let state = match last {
             Some(record) => record.state_after(brief.run, now, MonotonicNs(0)),
             None => State {
@@ -170,8 +176,8 @@ impl Arbiter {
                 robot: ROBOT,
                 decision: Decision(0),
                 steps: brief.reading.opening_steps,
-                visits: 0,
-                status: opening_status(brief),
+                visits,
+                status,
                 leader: Leader::default(),
                 pose: Pose { cell: brief.start, height_m: start.height_m },
                 collected: Collected::default(),
@@ -186,16 +192,8 @@ impl Arbiter {
                 last_timing: Timing::default(),
             },
         };
-        let robots = mission.fleet.as_ref().map(|fleet| RobotTeam::new(brief, &mission.terrain, fleet));
-        let state = match (&robots, last) {
-            (Some(robots), None) => {
-                let (status, visits) = robots.opening(brief);
-                State { status, visits, ..state }
-            }
-            _ => state,
-        };
         Self {
-            team: robots.as_ref().map(|robots| robots.team(&state)),
+            team: brief.has_team().then(|| robots.team(&state)),
             robots,
             mission,
             throttle: Throttle::new(pace),
@@ -232,28 +230,26 @@ impl Arbiter {
     /// Takes note of the decisions of earlier lives, in order and page by page. For the mission of a single hopper the last
     /// record tells all.
     pub fn recall(&mut self, records: &[Record]) {
-        if let Some(robots) = &mut self.robots {
-            records.iter().for_each(|record| robots.recall(&self.mission.terrain, record));
-            self.team = Some(robots.team(&self.state));
+        if self.robots.count() > 1 {
+            records.iter().for_each(|record| self.robots.recall(&self.mission.terrain, record));
+            self.team = Some(self.robots.team(&self.state));
         }
     }
 
     /// Adds routes that earlier lives announced, before their decisions are recalled.
     pub fn recall_routes(&mut self, routes: impl IntoIterator<Item = Route>) {
-        if let Some(robots) = &mut self.robots {
-            routes.into_iter().for_each(|route| robots.recall_route(route));
-        }
+        routes.into_iter().for_each(|route| self.robots.recall_route(route));
     }
 
     /// All routes that robots of this mission have announced.
     pub fn routes(&self) -> impl Iterator<Item = &Route> {
-        self.robots.iter().flat_map(RobotTeam::routes)
+        self.robots.routes()
     }
 
     /// The route with that fingerprint, if a robot of this mission has announced it.
     #[must_use]
     pub fn route(&self, id: RouteId) -> Option<&Route> {
-        self.robots.as_ref()?.route(id)
+        self.robots.route(id)
     }
 
     /// The same, unless it is announced by a record that the journal does not hold yet.
@@ -400,7 +396,7 @@ impl Arbiter {
     /// Number of robots.
     #[must_use]
     pub fn robots(&self) -> u16 {
-        self.robots.as_ref().map_or(1, RobotTeam::count)
+        self.robots.count()
     }
 
     /// The robot whose turn it is by the current state.
@@ -472,10 +468,7 @@ impl Arbiter {
         if announcement.run != self.state.run {
             return Err(Refusal::WrongRun { need: self.state.run, got: announcement.run });
         }
-        match &mut self.robots {
-            Some(robots) => robots.offer(announcement),
-            None => Err(Refusal::malformed("route", "a mission whose robots have routes", "another")),
-        }
+        self.robots.offer(announcement)
     }
 
     /// A refused command asks for the next term if it was only too late.
@@ -524,24 +517,7 @@ impl Arbiter {
 
     /// Why the robot that is due shall not execute `action`, whoever commands it, if there is a reason.
     pub(crate) fn refusal_of(&self, action: Action) -> Option<Refusal> {
-        let refusal = self.robots.as_ref().and_then(|robots| robots.refusal(&self.mission.terrain, action));
-        if refusal.is_some() || self.robots_not_hopping().is_some() {
-            return refusal;
-        }
-        let (may_wait, need) = match self.mission.brief.mixed {
-            Some(_) => (true, "a hop, wait or hold: the robot is a hopper"),
-            None => (false, "a hop or hold: the robot is a hopper"),
-        };
-        let is_of_hopper = match action {
-            Action::Hold | Action::Hop(_) => true,
-            Action::Wait => may_wait,
-            _ => false,
-        };
-        if !is_of_hopper {
-            return Some(Refusal::malformed("command.action", need, action));
-        }
-        let need = self.mission.brief.guard.hazard_max;
-        self.guard().veto(action).map(|got| Refusal::Vetoed { action, need, got })
+        self.robots.refusal(&self.mission.terrain, action)
     }
 
     /// Takes note of what an earlier life vetoed at the decision that is due.
@@ -582,10 +558,7 @@ impl Arbiter {
     /// The record of `action`, its outcome drawn; nothing in it that only a planner knows.
     fn record(&mut self, leader: Leader, action: Action, origin: Origin, timing: Timing) -> Record {
         let state = &self.state;
-        let (robot, execution) = match &mut self.robots {
-            Some(robots) => robots.execute(&self.mission, state, leader, action),
-            None => (ROBOT, execute(&self.mission, state, action)),
-        };
+        let (robot, execution) = self.robots.execute(&self.mission, state, leader, action);
         let Execution { outcome, pose, collected, steps, visits, status } = execution;
         let mut record = Record {
             robot,
@@ -611,38 +584,15 @@ impl Arbiter {
         record
     }
 
-    /// The robots, unless it is a hopper's turn.
-    fn robots_not_hopping(&self) -> Option<&RobotTeam> {
-        self.robots.as_ref().filter(|robots| !robots.is_turn_of_hopper())
-    }
-
-    /// Pose and goal of the hopper that is due, if it has a goal of its own.
-    fn own_way(&self) -> Option<(Pose, contract::Cell)> {
-        self.robots.as_ref()?.own_way(&self.mission.terrain)
-    }
-
-    /// The guard where the hopper stands.
-    fn guard(&self) -> Guard<'_> {
-        let pose = self.own_way().map_or(self.state.pose, |(pose, _)| pose);
-        Guard::new(&self.mission.brief, &self.mission.terrain, self.due(), pose)
-    }
-
-    /// Whether the fallback may follow a policy: a policy leads to one goal, and hoppers of a mixed mission have one each.
+    /// Whether the fallback may follow a policy.
     pub(crate) fn follows_policies(&self) -> bool {
-        self.mission.brief.mixed.is_none() && self.robots_not_hopping().is_none()
+        self.robots.follows_policies()
     }
 
     /// What is done at the deadline.
     pub(crate) fn fallback(&self) -> Fallback {
-        match self.robots_not_hopping() {
-            Some(robots) => robots.fallback(&self.mission.terrain),
-            None => {
-                let refusal = |robots: &RobotTeam, action| robots.refusal(&self.mission.terrain, action);
-                let may =
-                    |action| self.robots.as_ref().is_none_or(|robots| refusal(robots, action).is_none());
-                self.guard().fallback(self.goal(), self.policy(), may)
-            }
-        }
+        let policy = if self.follows_policies() { self.policy() } else { None };
+        self.robots.fallback(&self.mission.terrain, self.state.visits, policy)
     }
 
     /// When the fallback acts, unless a command is accepted before; `None` if it does not.
@@ -671,11 +621,6 @@ impl Arbiter {
         if guard.deadline_ns > 0 && fits && policy.decision <= self.state.decision.next() {
             self.policy = Some(policy);
         }
-    }
-
-    /// The goal in force.
-    fn goal(&self) -> contract::Cell {
-        self.own_way().map_or_else(|| self.mission.brief.goal_after(self.state.visits), |(_, goal)| goal)
     }
 
     /// The last policy of the algorithm in command. On a patrol one that leads to another goal is none.
@@ -723,14 +668,7 @@ impl Arbiter {
 
     /// Who leads `robot`, counting a command that is being executed.
     fn leader(&self, robot: RobotId) -> Leader {
-        if let Some(robots) = &self.robots {
-            return robots.leader(robot);
-        }
-        match &self.phase {
-            Phase::Resting => self.state.leader,
-            Phase::Committing(record) | Phase::Unwritten(record) => record.leader,
-            Phase::Flying(next) => next.leader,
-        }
+        self.robots.leader(robot)
     }
 
     /// Compare-and-swap of the term: its holder goes on, or the next one begins, whoever asks first.
@@ -759,10 +697,7 @@ impl Arbiter {
 
     /// Simulated time that the action just committed takes, seconds; in a team, until the next robot's turn.
     fn lasts_s(&self, outcome: &Outcome) -> f64 {
-        match &self.robots {
-            Some(robots) => robots.elapsed_s(),
-            None => outcome.flight.flight_time_s * f64::from(outcome.flight.flights),
-        }
+        self.robots.elapsed_s(outcome)
     }
 
     /// The state that `record`, committed at `committed`, leads to when it lands.
@@ -788,8 +723,8 @@ impl Arbiter {
         self.state = *next;
         self.phase = Phase::Resting;
         self.throttle.landed();
-        if let Some(robots) = &self.robots {
-            self.team = Some(robots.team(&self.state));
+        if self.team.is_some() {
+            self.team = Some(self.robots.team(&self.state));
             let due = self.due();
             for bid in self.bids.iter_mut().filter(|bid| bid.robot != due && bid.decision == decision) {
                 // It is not that robot's turn: the one to come is kept.

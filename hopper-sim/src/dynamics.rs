@@ -1,12 +1,9 @@
 //! Executes one action on the true terrain with keyed draws (the motion law of P23 section IV).
 
-use contract::{
-    Action, Branch, Brief, Cell, Collected, Decision, Flight, Outcome, Pose, RobotId, State, Status,
-};
+use contract::{Action, Branch, Cell, Collected, Decision, Flight, Outcome, Pose, RobotId, Status};
 use motion::{Domain, Draw};
-use terrain::Terrain;
 
-use crate::{Mission, ROBOT};
+use crate::Mission;
 
 /// Where an executed action left the mission.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -25,44 +22,13 @@ pub struct Execution {
     pub status: Status,
 }
 
-/// Executes `action` from `state`.
-///
-/// The draw is keyed by (seed, domain, robot, decision) alone, so the same action at the same
-/// decision has the same outcome however often and in whichever process it is executed.
-///
-/// # Panics
-/// If `state` stands outside the terrain, as only a mission that is over can.
-#[must_use]
-pub fn execute(mission: &Mission, state: &State, action: Action) -> Execution {
-    execute_beside(mission, state, state.decision.0, action)
-}
-
-/// The same for a hopper that is not alone: it has acted `flown` times, and all other decisions were those of others.
-///
-/// # Panics
-/// As [`execute`].
-#[must_use]
-pub fn execute_beside(mission: &Mission, state: &State, flown: u64, action: Action) -> Execution {
-    let Mission { brief, terrain, .. } = mission;
-    let ground = terrain.ground(state.pose.cell).expect("a mission underway stands on its terrain");
-    let outcome = outcome_of_hop(mission, ROBOT, state.decision, state.pose.cell, action);
-    let height_m = terrain.ground(outcome.to).map_or(state.pose.height_m, |ground| ground.height_m);
-    let steps = state.steps + motion::steps(ground.soil, action, outcome.branch);
-    let visited = mission.brief.is_visit(state.visits, outcome.to);
-    Execution {
-        outcome,
-        pose: Pose { cell: outcome.to, height_m },
-        collected: state.collected.landing(&terrain.treasures, outcome.to),
-        steps,
-        visits: state.visits + u64::from(visited),
-        status: status(brief, terrain, flown, outcome.to, steps),
-    }
-}
-
 /// What becomes of `action` of the hopper `robot` on `from`, drawn for `decision`.
 ///
+/// The draw is keyed by (seed, domain, robot, decision) alone, so the same action at the same decision has the same outcome
+/// however often and in whichever process it is executed.
+///
 /// # Panics
-/// As [`execute`].
+/// If `from` lies outside the terrain, as only in a mission that is over.
 #[must_use]
 pub fn outcome_of_hop(
     mission: &Mission,
@@ -89,25 +55,5 @@ pub fn outcome_of_hop(
         }
         // The arbiter refuses all others: a hopper cannot drive.
         _ => Outcome { branch: Branch::Held, from, to: from, flight: Flight::default() },
-    }
-}
-
-/// How the mission stands with the hopper on `cell` after `steps`. A patrol is flown once its hops are.
-fn status(brief: &Brief, terrain: &Terrain, flown: u64, cell: Cell, steps: u64) -> Status {
-    let ground = terrain.ground(cell);
-    if let Some(patrol) = &brief.patrol {
-        return match ground {
-            None => Status::LeftMap,
-            Some(ground) if !ground.passable => Status::Lost,
-            Some(_) if flown + 1 >= patrol.hops_max => Status::Goal,
-            Some(_) => Status::Underway,
-        };
-    }
-    match ground {
-        _ if cell == brief.goal && steps <= brief.limits.steps_max => Status::Goal,
-        None => Status::LeftMap,
-        Some(ground) if !ground.passable => Status::Lost,
-        Some(_) if steps >= brief.limits.steps_max => Status::Deadlock,
-        Some(_) => Status::Underway,
     }
 }

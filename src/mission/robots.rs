@@ -21,7 +21,8 @@ impl Robots {
     #[must_use]
     pub fn at_start(world: &ResolvedScenario, brief: &Brief) -> Option<Self> {
         let fleet = world.fleet.as_ref()?;
-        let (terrain, robots) = (Arc::clone(&world.terrain), RobotTeam::new(brief, &world.terrain, fleet));
+        let (terrain, robots) =
+            (Arc::clone(&world.terrain), RobotTeam::new(brief, &world.terrain, Some(fleet)));
         Some(Self { terrain, robots, is_lost: false })
     }
 

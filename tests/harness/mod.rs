@@ -86,6 +86,35 @@ impl Mission {
         sim
     }
 
+    /// Starts a mission of which hopper-sim dies once its journal has got so many records: however slow the machine, it goes no
+    /// further before a test has done what it wants to do.
+    pub fn start_sim_until(&self, records: u32, words: &[&str]) -> Process {
+        self.start_with("sim", words, &[("HOPPER_CRASH", &format!("sim.appended:{records}"))])
+    }
+
+    /// Hands a robot over to another planner in a mission that [`Mission::start_sim_until`] has begun and that goes on with
+    /// `words`. The old planner is stopped meanwhile, and lives on.
+    pub fn hand_over(
+        &self,
+        mut begun: Process,
+        words: &[&str],
+        old: Option<&Process>,
+        new: &[&str],
+    ) -> (Process, Process) {
+        assert_eq!(begun.code(), -1, "{}", begun.log());
+        if let Some(old) = old {
+            old.signal(rustix::process::Signal::STOP);
+        }
+        let new = self.start("planner", &[new, &["--takeover"]].concat());
+        new.await_log("joined");
+        let sim = self.start("sim", words);
+        new.await_log("in command");
+        if let Some(old) = old {
+            old.signal(rustix::process::Signal::CONT);
+        }
+        (sim, new)
+    }
+
     /// Starts perception, planner and monitor.
     pub fn start_peers(&self) -> Vec<Process> {
         ["perception", "planner", "monitor"].map(|role| self.start(role, &[])).into()

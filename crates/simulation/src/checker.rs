@@ -14,10 +14,10 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use contract::protocol::peer_table::SILENCE_NS;
 use contract::{
-    Action, Branch, Cell, Decision, Digest, Flight, Ground, Heartbeat, Incarnation, Leader, MonotonicNs,
-    Name, Origin, Pace, Pose, Record, RobotId, RunId, State, Status, Team, Term, Vetoed,
+    Action, Branch, Cell, Decision, Digest, Ground, Heartbeat, Incarnation, Leader, MonotonicNs, Name,
+    Origin, Pace, Pose, Record, RobotId, RunId, State, Status, Team, Term, Vetoed,
 };
-use hopper_sim::dynamics::{Execution, execute};
+use hopper_sim::dynamics::Execution;
 use hopper_sim::{Arbiter, Mission};
 use report::Tally;
 
@@ -70,8 +70,8 @@ pub struct Checker {
     mission: Mission,
     opening: State,
     records: Vec<Record>,
-    /// Of a mission that is not a single hopper's: all robots after those records.
-    robots: Option<Robots>,
+    /// All robots after those records.
+    robots: Robots,
     /// Who led each robot in each term of the run.
     terms: BTreeMap<(RobotId, Term), Incarnation>,
     sent: BTreeSet<Sent>,
@@ -155,10 +155,7 @@ impl Checker {
             violation: None,
             mission: mission.clone(),
         };
-        match &checker.robots {
-            Some(robots) => robots.open(&mission.brief, &mission.terrain, &mut checker.expected),
-            None => checker.expected.land(&mission.brief, &mission.terrain, opening.pose),
-        }
+        checker.robots.open(&mission.brief, &mission.terrain, &mut checker.expected);
         checker.mapped_at(opening.digest);
         checker
     }
@@ -179,10 +176,7 @@ impl Checker {
         self.offers = old.offers;
         self.sim = old.sim;
         self.violation = old.violation;
-        let scouts = self.robots.as_mut().and_then(Robots::scouts_mut);
-        if let (Some(scouts), Some(before)) = (scouts, old.robots.as_ref().and_then(Robots::scouts)) {
-            scouts.keep_announced(before);
-        }
+        self.robots.scouts_mut().keep_announced(old.robots.scouts());
     }
 
     /// What was violated first, if anything was.
@@ -216,12 +210,12 @@ impl Checker {
 
     /// Whose turn it is.
     pub(crate) fn due(&self) -> RobotId {
-        self.robots.as_ref().map_or(RobotId(0), Robots::due)
+        self.robots.scouts().due()
     }
 
     /// An action of the robot that is due which the guard should veto.
     pub(crate) fn blocked_action(&self) -> Option<Action> {
-        self.robots.as_ref()?.blocked_action(&self.mission)
+        self.robots.blocked_action(&self.mission)
     }
 
     /// Who commands the robot that is due.
@@ -232,8 +226,7 @@ impl Checker {
 
     /// Who commands a robot.
     pub(crate) fn leader_of(&self, robot: RobotId) -> Leader {
-        let last = || self.records.last().map_or(self.opening.leader, |record| record.leader);
-        self.robots.as_ref().map_or_else(last, |robots| robots.leader(robot))
+        self.robots.leader(robot)
     }
 
     /// Takes note of a violation; the first counts.
@@ -263,10 +256,7 @@ impl Checker {
     /// A decision was executed: more may be seen.
     fn see(&mut self, record: &Record) {
         let Mission { brief, terrain, .. } = &self.mission;
-        match &self.robots {
-            Some(robots) => robots.see(brief, terrain, record, &mut self.expected),
-            None => self.expected.land(brief, terrain, record.pose),
-        }
+        self.robots.see(brief, terrain, record, &mut self.expected);
         self.mapped_at(record.digest);
     }
 
@@ -295,10 +285,7 @@ impl Checker {
         let chained = record.previous == previous && record.digest == next_digest(previous, record);
         self.require(chained, "the digest chain is intact", || format!("it breaks at decision {due}"));
         if !before.status.is_over() {
-            let need = match &self.robots {
-                Some(robots) => robots.execute(&self.mission, &before, record.action),
-                None => Some((RobotId(0), execute(&self.mission, &before, record.action))),
-            };
+            let need = self.robots.execute(&self.mission, &before, record.action);
             let Record { robot, outcome, pose, collected, steps, visits, status, .. } = *record;
             let got = Some((robot, Execution { outcome, pose, collected, steps, visits, status }));
             self.require(need == got, "the outcome depends on seed, robot and decision alone", || {
@@ -321,9 +308,7 @@ impl Checker {
             });
         }
         self.records.push(*record);
-        if let Some(robots) = &mut self.robots {
-            robots.committed(&self.mission, record);
-        }
+        self.robots.committed(&self.mission, record);
         self.see(record);
         let all_wait = self.scouts().is_some_and(Scouts::is_all_waiting);
         let is_last = all_wait && record.action == Action::Wait && record.outcome.branch == Branch::Held;
@@ -358,23 +343,22 @@ impl Checker {
     ) {
         let state = arbiter.state();
         let rests = state.decision.0 == self.records.len() as u64 && !self.pacing.tempo.is_flying();
-        let Some(robots) = self.robots.as_ref().filter(|_| rests && !self.pacing.tempo.paused) else {
-            return;
-        };
-        if self.reservations.unsure || state.run != self.mission.brief.run {
+        if !rests
+            || self.pacing.tempo.paused
+            || self.reservations.unsure
+            || state.run != self.mission.brief.run
+        {
             return;
         }
         let chance = Chance::new(chance.bits(), "play");
-        if let Some(violation) = Play::new(&self.mission, arbiter, robots, chance, now).run(coverage) {
+        if let Some(violation) = Play::new(&self.mission, arbiter, &self.robots, chance, now).run(coverage) {
             self.violate(violation.rule, || violation.detail);
         }
     }
 
     /// The hop of `record`, which was committed, is in the air.
     pub(crate) fn launched(&mut self, record: &Record, now: MonotonicNs) {
-        let Flight { flight_time_s, flights, .. } = record.outcome.flight;
-        let alone_ns = || (flight_time_s * f64::from(flights) * 1e9).round() as u64;
-        let lasts_ns = self.robots.as_ref().map_or_else(alone_ns, Robots::lasts_ns);
+        let lasts_ns = self.robots.lasts_ns(&record.outcome);
         self.pacing.tempo.committed(lasts_ns, now);
     }
 
@@ -430,8 +414,8 @@ impl Checker {
     /// Actions that the guard should veto at `from`, which is where the hopper is; of several robots, those that lead the one
     /// that is due where it cannot stand or may be trapped.
     fn to_veto(&self, from: Cell) -> Vetoed {
-        if let Some(robots) = self.robots.as_ref().filter(|robots| !robots.is_turn_of_hopper()) {
-            return robots.blocked(&self.mission);
+        if !self.robots.is_turn_of_hopper() {
+            return self.robots.blocked(&self.mission);
         }
         let mixed = self.mixed().and_then(|mixed| Some((mixed.own_way()?, mixed.blocked(&self.mission))));
         let (from, blocked) = mixed.map_or((from, Vetoed::NONE), |([.., at], blocked)| (at, blocked));
@@ -463,9 +447,12 @@ impl Checker {
         self.require(due, "nobody falls back before the deadline", || {
             format!("decision {} after {waited_ns} of {deadline_ns} ns", record.decision)
         });
-        let robots = self.robots.as_ref().filter(|robots| !robots.is_turn_of_hopper());
-        let along = robots.map(|robots| robots.fallback(&self.mission));
-        let Some(need) = along.or_else(|| self.greedy_on_own_way()) else { return };
+        let need = if self.robots.is_turn_of_hopper() {
+            self.greedy_on_own_way()
+        } else {
+            Some(self.robots.fallback(&self.mission))
+        };
+        let Some(need) = need else { return };
         let got = (record.action, record.origin);
         self.require(got == need, "at the deadline a robot goes on along its way, or holds", || {
             format!("decision {} was {got:?}, needs {need:?}", record.decision)
@@ -548,8 +535,8 @@ impl Checker {
             });
         }
         let digest = self.digest();
-        let need = self.robots.as_ref().map(|robots| robots.team(team.run, team.decision, digest));
-        self.require(need.as_ref() == Some(team), "the robots are where the journal leaves them", || {
+        let need = self.robots.team(team.run, team.decision, digest);
+        self.require(need == *team, "the robots are where the journal leaves them", || {
             format!("told {team:?}, needs {need:?}")
         });
     }

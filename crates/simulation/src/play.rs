@@ -69,7 +69,7 @@ impl<'a> Play<'a> {
 
     /// Has the robot that is due do something; whether the mission may go on.
     fn decide(&mut self, state: &State, coverage: &mut Coverage) -> Result<bool, Violation> {
-        let robot = self.robots.due();
+        let robot = self.robots.scouts().due();
         let (action, route) = self.action(robot);
         if let Some(route) = route {
             let announcement = Announcement { run: self.run, robot, route };
@@ -117,7 +117,7 @@ impl<'a> Play<'a> {
                 }
                 let state = self.arbiter.state();
                 let team = self.robots.team(self.run, state.decision, state.digest);
-                if self.arbiter.team() != Some(&team) {
+                if self.arbiter.team().is_some_and(|told| *told != team) {
                     let got = self.arbiter.team();
                     return violation(
                         "the robots are where the journal leaves them",

@@ -5,21 +5,19 @@
 use std::collections::BTreeMap;
 
 use contract::{
-    Action, Announcement, Branch, Cell, Collected, Decision, Digest, DriveSpeed, Flight, Leader, Outcome,
-    Placement, Pose, Record, Robot, RobotId, RouteId, RunId, SpeedPrior, Standing, State, Status, Team,
-    Travel, Vehicle, Waypoint,
+    Action, Announcement, Branch, Cell, Decision, Digest, DriveSpeed, Flight, Leader, Outcome, Placement,
+    Pose, Record, Robot, RobotId, RouteId, RunId, SpeedPrior, Standing, Team, Travel, Vehicle, Waypoint,
 };
 use helicopter::Swath;
 use hopper_sim::Mission;
-use hopper_sim::dynamics::{Execution, execute_beside};
 use rover::{Allowance, Drive, DriveEnd, Lattice, Point, SOL_HOURS, Segment, Speed, Surface, Truth, drive};
 use terrain::Terrain;
 use xxhash_rust::xxh3::xxh3_64;
 
 use crate::expected::Shown;
+use crate::robots::robots_of;
 
 mod guard;
-pub(crate) mod mixed;
 
 const SECOND_NS: u64 = 1_000_000_000;
 
@@ -27,7 +25,7 @@ const SECOND_NS: u64 = 1_000_000_000;
 const STAGE_SOL: f64 = 1.0;
 
 /// How far a route may begin from its robot, a flight exceed its budget, and the goal be beyond its radius, metres.
-const TOLERANCE_M: f64 = 1e-6;
+pub(crate) const TOLERANCE_M: f64 = 1e-6;
 
 /// The points of routes that planners have published: for which run and robot.
 pub(crate) type Announced = BTreeMap<(RunId, RobotId, RouteId), Vec<Waypoint>>;
@@ -43,19 +41,19 @@ pub(crate) fn fingerprint(points: &[Waypoint]) -> RouteId {
 }
 
 #[derive(Clone, Debug)]
-struct Scout {
-    robot: Robot,
-    at: Waypoint,
-    cell: Cell,
+pub(crate) struct Scout {
+    pub robot: Robot,
+    pub at: Waypoint,
+    pub cell: Cell,
     clock_ns: u64,
-    waits: bool,
-    actions: u64,
+    pub waits: bool,
+    pub actions: u64,
     /// Actions by which it waited for others, which the limit does not count.
-    waited: u64,
-    standing: Standing,
+    pub waited: u64,
+    pub standing: Standing,
     leader: Leader,
     last: Option<Decision>,
-    fails_at: Option<u64>,
+    pub fails_at: Option<u64>,
     /// What it has announced last, and when.
     route: Option<(RouteId, Vec<Waypoint>, Decision)>,
     reached: usize,
@@ -69,7 +67,7 @@ struct Scout {
 
 impl Scout {
     /// The point that it goes to next.
-    fn next(&self) -> Option<Waypoint> {
+    pub fn next(&self) -> Option<Waypoint> {
         self.route.as_ref().and_then(|(_, points, _)| points.get(self.reached + 1)).copied()
     }
 
@@ -92,15 +90,15 @@ impl Scout {
 #[derive(Clone, Debug)]
 pub(crate) struct Scouts {
     run: RunId,
-    actions_max: u64,
+    pub actions_max: u64,
     stages: u32,
     hazard_max: f64,
     surface: Surface,
     truth: Truth,
     prior: Vec<SpeedPrior>,
-    scouts: Vec<Scout>,
+    pub scouts: Vec<Scout>,
     /// What some robot has shown of each cell, in index order.
-    shown: Vec<Shown>,
+    pub shown: Vec<Shown>,
     /// What a camera that errs reads of each cell.
     readings: Vec<Option<DriveSpeed>>,
     /// How often such a camera is right.
@@ -115,23 +113,24 @@ pub(crate) struct Scouts {
 }
 
 /// What an action comes to, and where it leaves the robot.
-struct Arrival {
-    outcome: Outcome,
+pub(crate) struct Arrival {
+    pub outcome: Outcome,
     at: Waypoint,
 }
 
 impl Scouts {
-    /// Before the first decision; `None` in a mission without scouts.
-    pub fn begin(mission: &Mission) -> Option<Self> {
-        let fleet = mission.fleet.as_ref().filter(|_| mission.brief.has_routes())?;
+    /// Before the first decision.
+    pub fn begin(mission: &Mission) -> Self {
+        let robots = robots_of(mission);
+        let faults = mission.fleet.as_ref().map_or([].as_slice(), |fleet| &fleet.faults);
         let grid = mission.brief.grid;
-        let lattice = Lattice::new(grid.width as usize, grid.height as usize).ok()?;
+        let lattice = Lattice::new(grid.width as usize, grid.height as usize).expect("a grid is a lattice");
         let speeds = mission.terrain.cells.iter();
         let speeds =
             speeds.map(|ground| ground.speed.map_or(Speed::Zero, |speed| Speed::ALL[speed as usize]));
         let heights_m: Vec<f64> = mission.terrain.cells.iter().map(|ground| ground.height_m).collect();
         let scout = |(number, robot): (usize, &Robot)| {
-            let fault = fleet.faults.iter().find(|fault| usize::from(fault.robot.0) == number);
+            let fault = faults.iter().find(|fault| usize::from(fault.robot.0) == number);
             let at = match robot.vehicle {
                 Vehicle::Driver { start, .. } | Vehicle::Helicopter { start, .. } => start,
                 Vehicle::Rover { .. } | Vehicle::Hopper | Vehicle::HopperTo { .. } => Waypoint::default(),
@@ -157,23 +156,23 @@ impl Scouts {
                 halted: None,
             }
         };
-        Some(Self {
+        Self {
             run: mission.brief.run,
             actions_max: mission.brief.limits.steps_max,
             stages: mission.brief.scout.map_or(1, |scout| scout.stages),
             hazard_max: mission.brief.guard.hazard_max,
-            surface: Surface::from_heights(lattice, &heights_m).ok()?,
+            surface: Surface::from_heights(lattice, &heights_m).expect("heights of all cells"),
             truth: Truth { speeds: speeds.collect() },
             prior: mission.terrain.prior.clone(),
-            scouts: fleet.robots.iter().enumerate().map(scout).collect(),
+            scouts: robots.iter().enumerate().map(scout).collect(),
             shown: vec![Shown::Nothing; grid.cells()],
             readings: mission.terrain.cells.iter().map(|ground| ground.reading).collect(),
-            accuracy: fleet.robots.iter().find_map(|robot| robot.sensor.accuracy()).unwrap_or(1.0),
+            accuracy: robots.iter().find_map(|robot| robot.sensor.accuracy()).unwrap_or(1.0),
             announced: Announced::new(),
             routes: Vec::new(),
             actor: None,
             acted_at_ns: 0,
-        })
+        }
     }
 
     /// Whether that robot is a hopper.
@@ -194,7 +193,7 @@ impl Scouts {
         RobotId(self.next().or(self.actor).unwrap_or_default() as u16)
     }
 
-    fn next(&self) -> Option<usize> {
+    pub fn next(&self) -> Option<usize> {
         let can_act = |number: &usize| {
             let scout = &self.scouts[*number];
             scout.standing == Standing::Active && !scout.waits
@@ -268,67 +267,7 @@ impl Scouts {
         next.map_or(0, |next_ns| next_ns.saturating_sub(self.acted_at_ns))
     }
 
-    pub fn status(&self) -> Status {
-        for scout in &self.scouts {
-            let Vehicle::Driver { goal, goal_radius_m, .. } = scout.robot.vehicle else { continue };
-            let is_there = point(scout.at).distance_m(point(goal)) <= goal_radius_m + TOLERANCE_M;
-            match scout.standing {
-                Standing::Stranded => return Status::Lost,
-                _ if is_there && scout.next().is_none() => return Status::Goal,
-                Standing::Done | Standing::GaveUp => return Status::Deadlock,
-                Standing::Active => {}
-            }
-        }
-        let acts = |due: usize| self.scouts[due].actions - self.scouts[due].waited;
-        let can_go_on = self.next().is_some_and(|due| acts(due) < self.actions_max);
-        if can_go_on { Status::Underway } else { Status::Deadlock }
-    }
-
-    /// How the due robot's `action` comes out; `None` if it must be refused.
-    pub fn execute(&self, mission: &Mission, before: &State, action: Action) -> Option<(RobotId, Execution)> {
-        let due = self.next()?;
-        if !self.may(due, action) {
-            return None;
-        }
-        let robot = RobotId(due as u16);
-        if mission.brief.is_of_hopper() {
-            return Some((robot, self.beside_hopper(mission, before, robot, action)));
-        }
-        let Arrival { outcome, .. } = self.arrival(due, action);
-        let mut after = self.clone();
-        after.act(due, Decision(0), action);
-        let execution = Execution {
-            outcome,
-            pose: Pose {
-                cell: outcome.to,
-                height_m: mission.terrain.ground(outcome.to).map_or(0.0, |ground| ground.height_m),
-            },
-            collected: Collected::default(),
-            steps: after.scouts.iter().map(|scout| scout.actions).max().unwrap_or_default(),
-            visits: 0,
-            status: after.status(),
-        };
-        Some((robot, execution))
-    }
-
-    /// The same in a hopper's mission, whose pose, steps, visits and treasures are the hopper's.
-    fn beside_hopper(&self, mission: &Mission, before: &State, robot: RobotId, action: Action) -> Execution {
-        let &State { pose, collected, steps, visits, status, .. } = before;
-        let scout = &self.scouts[usize::from(robot.0)];
-        let fails = scout.fails_at == Some(scout.actions + 1);
-        let stays = |outcome, status| Execution { outcome, pose, collected, steps, visits, status };
-        match (self.is_hopper(robot), fails) {
-            (true, true) => {
-                let (from, flight) = (pose.cell, Flight::default());
-                stays(Outcome { branch: Branch::Stranded, from, to: from, flight }, Status::Lost)
-            }
-            // Its draw is its own, whoever acted last.
-            (true, false) => execute_beside(mission, &State { robot, ..*before }, scout.actions, action),
-            (false, _) => stays(self.arrival(usize::from(robot.0), action).outcome, status),
-        }
-    }
-
-    fn arrival(&self, number: usize, action: Action) -> Arrival {
+    pub fn arrival(&self, number: usize, action: Action) -> Arrival {
         let scout = &self.scouts[number];
         let from = scout.cell;
         let arrival = |branch, at: Waypoint, to: Cell, (range_m, flight_time_s)| {
@@ -370,27 +309,13 @@ impl Scouts {
         drive(&self.surface, &self.truth, &[point(scout.at), point(to)], allowance)
     }
 
-    fn cell(&self, at: Waypoint) -> Cell {
+    pub fn cell(&self, at: Waypoint) -> Cell {
         let (cell, width) = (self.surface.lattice().cell(point(at)), self.surface.lattice().width());
         Cell::new((cell % width) as i32, (cell / width) as i32)
     }
 
-    /// A record was committed.
-    pub fn committed(&mut self, record: &Record) {
-        let number = usize::from(record.robot.0);
-        if number >= self.scouts.len() {
-            return;
-        }
-        self.note(record);
-        if self.is_hopper(record.robot) {
-            self.hop(number, record.action, &record.outcome);
-        } else {
-            self.act(number, record.decision, record.action);
-        }
-    }
-
     /// Takes note of who has commanded the robot of `record`, and of the route that it announces.
-    fn note(&mut self, record: &Record) {
+    pub fn note(&mut self, record: &Record) {
         let number = usize::from(record.robot.0);
         if let Action::Announce(id) = record.action
             && let Some(points) = self.points(number, id).map(<[Waypoint]>::to_vec)
@@ -401,7 +326,7 @@ impl Scouts {
     }
 
     /// The action of a robot that goes from cell to cell has come to `outcome`, which was compared.
-    fn hop(&mut self, number: usize, action: Action, outcome: &Outcome) {
+    pub fn hop(&mut self, number: usize, action: Action, outcome: &Outcome) {
         self.actor = Some(number);
         let scout = &mut self.scouts[number];
         (self.acted_at_ns, scout.cell) = (scout.clock_ns, outcome.to);
@@ -425,7 +350,7 @@ impl Scouts {
         }
     }
 
-    fn act(&mut self, number: usize, decision: Decision, action: Action) {
+    pub fn act(&mut self, number: usize, decision: Decision, action: Action) {
         let Arrival { outcome, at } = self.arrival(number, action);
         let has_failed = outcome.branch == Branch::Stranded && outcome.flight.range_m == 0.0;
         if !has_failed {
@@ -535,10 +460,10 @@ impl Scouts {
 }
 
 /// How a robot stands that acts no more by its own choice: a helicopter's task is never done.
-fn gave_up(vehicle: &Vehicle) -> Standing {
+pub(crate) fn gave_up(vehicle: &Vehicle) -> Standing {
     if matches!(vehicle, Vehicle::Helicopter { .. }) { Standing::Done } else { Standing::GaveUp }
 }
 
-fn point(at: Waypoint) -> Point {
+pub(crate) fn point(at: Waypoint) -> Point {
     Point::new(at.x_m, at.y_m)
 }

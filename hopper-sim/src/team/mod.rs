@@ -1,89 +1,81 @@
-//! The robots of a mission that is not that of a hopper alone: who acts next, what an action comes to, and how the mission
-//! stands after it.
+//! The robots of a mission: who acts next, what an action comes to, and how the mission stands after it.
+//!
+//! The turn of a robot is one path, whatever it is and whatever it shall do: it is due; its body ([`body`]) refuses the action or
+//! acts; what the action has come to is noted in the order of turns, on the routes and in what is covered; it looks around; its
+//! goal is reached or cannot be any more ([`part`]). A hopper alone is a team of one.
 
-mod cover;
-mod hop;
-mod mixed;
+mod account;
+mod body;
+mod coverage;
+mod part;
 mod roster;
-mod scout;
 mod travels;
 mod turn_order;
+mod uncertain_ground;
 
 use contract::{
-    Action, Announcement, Brief, Cell, Leader, Origin, Pose, Record, Refusal, RobotId, Route, RouteId, State,
-    Status, Team,
+    Action, Announcement, Branch, Brief, Cell, Flight, Leader, Outcome, Placement, Policy, Pose, Record,
+    Refusal, RobotId, RobotSet, Route, RouteId, Sensor, Standing, State, Status, Team, Vehicle, Waypoint,
 };
+use rover::Drive;
 use scenario::Fleet;
 use terrain::Terrain;
 
 use crate::Mission;
 use crate::dynamics::Execution;
 use crate::guard::Fallback;
-use crate::mission::opening_status;
-use cover::CoverTeam;
-use hop::HopTeam;
-use mixed::MixedTeam;
-use roster::Roster;
-use scout::ScoutTeam;
-use travels::Travels;
+use account::Account;
+use body::Deed;
+use coverage::Coverage;
+use roster::{Act, Roster, Turn};
+use travels::{Arrival, Travels};
+use turn_order::duration_ns;
+use uncertain_ground::UncertainGround;
 
-/// The robots of a mission, and their task.
+/// The robots of a mission.
 #[derive(Clone, Debug)]
 pub struct RobotTeam {
+    brief: Brief,
+    account: Account,
+    /// The robots whose goals decide the mission.
+    required: RobotSet,
     roster: Roster,
-    task: Task,
-}
-
-#[derive(Clone, Debug)]
-enum Task {
-    /// Rovers cover ground.
-    Cover(CoverTeam),
-    /// A rover drives to a goal, and helicopters look ahead for it.
-    Scout(Box<ScoutTeam>),
-    /// A hopper goes its way, and helicopters look ahead for it.
-    Hop(HopTeam),
-    /// Each robot has a task of its own.
-    Mixed(Box<MixedTeam>),
+    travels: Travels,
+    /// Ground of uncertain speed, if robots drive on it.
+    ground: Option<UncertainGround>,
+    /// What rovers have covered, if they cover ground.
+    coverage: Option<Coverage>,
 }
 
 impl RobotTeam {
-    /// The robots before their first action.
+    /// The robots before their first action, a hopper alone if there is no fleet; who has nothing to do is done.
     ///
     /// # Panics
     /// If fleet, terrain and brief are not of one scenario.
     #[must_use]
-    pub fn new(brief: &Brief, terrain: &Terrain, fleet: &Fleet) -> Self {
+    pub fn new(brief: &Brief, terrain: &Terrain, fleet: Option<&Fleet>) -> Self {
         let mut roster = Roster::new(brief, fleet);
-        let task = if brief.mixed.is_some() {
-            Task::Mixed(Box::new(MixedTeam::new(&mut roster, brief, terrain)))
-        } else if brief.is_of_hopper() {
-            Task::Hop(HopTeam::new(&roster, brief))
-        } else if brief.scout.is_some() {
-            Task::Scout(Box::new(ScoutTeam::new(&roster, brief, terrain)))
-        } else {
-            Task::Cover(CoverTeam::new(&mut roster, brief, terrain))
+        let starts = roster.entries().map(|(_, entry)| entry.robot.vehicle.start());
+        let travels = Travels::new(brief, starts);
+        let ground = brief.scout.map(|_| UncertainGround::new(&roster, brief, terrain));
+        let coverage = brief.cover.map(|_| Coverage::new(&mut roster, brief, terrain));
+        let required = match brief.mixed {
+            Some(mixed) => mixed.required,
+            None => required(&roster),
         };
-        Self { roster, task }
+        let account = Account::of(brief);
+        let mut team = Self { brief: *brief, account, required, roster, travels, ground, coverage };
+        for robot in (0..team.count()).map(RobotId) {
+            team.look_around(terrain, robot);
+            team.end_if_over(terrain, robot, brief.reading.opening_steps);
+        }
+        team
     }
 
     /// Whose turn it is; `None` once nobody acts any more.
     #[must_use]
     pub fn due(&self) -> Option<RobotId> {
         self.roster.due()
-    }
-
-    /// Whether it is a hopper's turn: its commands are judged as those of a hopper that is alone.
-    #[must_use]
-    pub fn is_turn_of_hopper(&self) -> bool {
-        self.due().is_some_and(|robot| self.roster.entry(robot).robot.vehicle.hops())
-    }
-
-    /// Where the hopper stands that is due, and where it shall go, if it has a goal of its own.
-    #[must_use]
-    pub fn own_way(&self, terrain: &Terrain) -> Option<(Pose, Cell)> {
-        let (robot, Task::Mixed(mixed)) = (self.due()?, &self.task) else { return None };
-        let goal = self.roster.entry(robot).robot.vehicle.hop_goal()?;
-        Some((mixed.pose(&self.roster, terrain, robot), goal))
     }
 
     /// How many robots there are.
@@ -101,46 +93,43 @@ impl RobotTeam {
         self.roster.leader(robot)
     }
 
-    /// Simulated time from the beginning of the last action to that of the next, seconds.
+    /// Simulated time that the last action takes until the next one begins, seconds: all of it where a robot is alone, else less
+    /// if another one acts meanwhile.
     #[must_use]
-    pub fn elapsed_s(&self) -> f64 {
-        self.roster.elapsed_ns() as f64 / 1.0e9
+    pub fn elapsed_s(&self, outcome: &Outcome) -> f64 {
+        if self.count() == 1 { lasts_s(outcome) } else { self.roster.elapsed_ns() as f64 / 1.0e9 }
     }
 
     /// How the mission stands before the first action, and how many cells are visited.
     #[must_use]
-    pub fn opening(&self, brief: &Brief) -> (Status, u64) {
-        match &self.task {
-            Task::Cover(cover) => (cover.status(&self.roster), cover.visited_cells()),
-            Task::Scout(scout) => (scout.status(&self.roster), 0),
-            Task::Hop(_) => (opening_status(brief), 0),
-            Task::Mixed(mixed) => (mixed.status(&self.roster), mixed.visited_cells()),
-        }
+    pub fn opening(&self) -> (Status, u64) {
+        (self.status(self.brief.reading.opening_steps), self.visited_cells())
     }
 
-    /// Why the robot that is due shall not execute `action`, if there is a reason; of a hopper, only whether another robot is
-    /// where it aims.
+    /// Why the robot that is due shall not execute `action`, if there is a reason.
     #[must_use]
     pub fn refusal(&self, terrain: &Terrain, action: Action) -> Option<Refusal> {
-        let robot = self.due()?;
-        match &self.task {
-            Task::Cover(cover) => cover.refusal(&self.roster, terrain, robot, action),
-            Task::Scout(scout) => scout.refusal(&self.roster, robot, action),
-            Task::Hop(_) if self.is_turn_of_hopper() => None,
-            Task::Hop(hop) => hop.refusal(&self.roster, robot, action),
-            Task::Mixed(mixed) => mixed.refusal(&self.roster, terrain, robot, action),
-        }
+        self.refusal_of(terrain, self.due()?, action)
     }
 
-    /// What is done at the deadline, unless it is a hopper's turn: who has an announced route goes on along it, all others
-    /// hold.
+    fn refusal_of(&self, terrain: &Terrain, robot: RobotId, action: Action) -> Option<Refusal> {
+        body::of(self.vehicle(robot)).refusal(self, terrain, robot, action)
+    }
+
+    /// Whether the robot that is due may follow the policy of its planner at a deadline: a policy leads to one goal, and hoppers
+    /// of a mixed mission have one each.
     #[must_use]
-    pub fn fallback(&self, terrain: &Terrain) -> Fallback {
-        let along = |robot| self.roster.entry(robot).robot.vehicle.along_route();
-        let action = self.due().and_then(along).filter(|action| self.refusal(terrain, *action).is_none());
-        match action {
-            Some(action) => Fallback { action, origin: Origin::Policy },
-            None => Fallback { action: Action::Hold, origin: Origin::Hold },
+    pub fn follows_policies(&self) -> bool {
+        self.account == Account::Hopper && self.due().is_some_and(|robot| self.vehicle(robot).hops())
+    }
+
+    /// What the robot that is due does at the deadline. `visits` are those of the state; the policy is that of the planner in
+    /// command, if the robot may follow it.
+    #[must_use]
+    pub fn fallback(&self, terrain: &Terrain, visits: u64, policy: Option<&Policy>) -> Fallback {
+        match self.due() {
+            Some(robot) => body::of(self.vehicle(robot)).fallback(self, terrain, robot, visits, policy),
+            None => body::hold(),
         }
     }
 
@@ -156,34 +145,142 @@ impl RobotTeam {
         action: Action,
     ) -> (RobotId, Execution) {
         let robot = self.due().expect("a mission underway has a robot that is due");
-        let (roster, terrain, decision) = (&mut self.roster, &mission.terrain, state.decision);
-        let execution = match &mut self.task {
-            Task::Cover(cover) => cover.execute(roster, terrain, robot, decision, leader, action),
-            Task::Scout(scout) => scout.execute(roster, terrain, robot, decision, leader, action),
-            Task::Hop(hop) => hop.execute(roster, mission, state, robot, leader, action),
-            Task::Mixed(mixed) => mixed.execute(roster, mission, state, robot, leader, action),
+        let (terrain, decision) = (&mission.terrain, state.decision);
+        let act = Act { robot, decision, leader, action };
+        self.travels.keep_announced(robot, action);
+        let deed = body::of(self.vehicle(robot)).deed(self, mission, &act);
+        let outcome = deed.outcome();
+        let (hops, lands) =
+            (self.vehicle(robot).hops(), outcome.branch != Branch::Stranded && action != Action::Wait);
+        let ground = |cell| terrain.ground(cell);
+        let steps = match ground(outcome.from) {
+            Some(ground) if hops && lands => state.steps + motion::steps(ground.soil, action, outcome.branch),
+            _ => state.steps,
         };
-        (robot, execution)
+        self.take(terrain, &act, &deed, steps);
+        let height_m =
+            ground(outcome.to).or_else(|| ground(outcome.from)).map_or(0.0, |ground| ground.height_m);
+        let pose = Pose { cell: outcome.to, height_m };
+        let collected = if hops && lands {
+            state.collected.landing(&terrain.treasures, outcome.to)
+        } else {
+            state.collected
+        };
+        let (pose, steps, visits) = match self.account {
+            Account::Hopper if hops => {
+                let visits = lands && self.brief.is_visit(state.visits, outcome.to);
+                (pose, steps, state.visits + u64::from(visits))
+            }
+            Account::Hopper => (state.pose, steps, state.visits),
+            Account::Actions => (pose, self.roster.steps(), self.visited_cells()),
+            Account::ActionsWithoutWaits => (pose, self.roster.steps_without_waits(), self.visited_cells()),
+        };
+        (robot, Execution { outcome, pose, collected, steps, visits, status: self.status(steps) })
     }
 
-    /// Takes note of a decision of an earlier life.
+    /// Takes note of a decision of an earlier life, whose route, if it announced one, is recalled already.
     ///
     /// # Panics
     /// If another robot was due; the digest chain of a journal is checked when it is opened.
     pub fn recall(&mut self, terrain: &Terrain, record: &Record) {
-        match &mut self.task {
-            Task::Cover(cover) => cover.recall(&mut self.roster, terrain, record),
-            Task::Scout(scout) => scout.recall(&mut self.roster, record),
-            Task::Hop(hop) => hop.recall(&mut self.roster, record),
-            Task::Mixed(mixed) => mixed.recall(&mut self.roster, terrain, record),
+        let Record { robot, decision, leader, action, steps, .. } = *record;
+        let deed = body::of(self.vehicle(robot)).recalled(self, record);
+        self.take(terrain, &Act { robot, decision, leader, action }, &deed, steps);
+    }
+
+    /// Takes up the mission of a robot that is alone behind its last decision, which tells all.
+    ///
+    /// # Panics
+    /// If there are several robots.
+    pub fn resume(&mut self, terrain: &Terrain, last: &Record) {
+        assert!(self.count() == 1, "of several robots the last record does not tell all");
+        self.roster.resume(last.robot, last.decision.0);
+        self.recall(terrain, last);
+    }
+
+    /// Takes note of what an action has come to. `steps` are those of the hopper, where the mission counts them.
+    fn take(&mut self, terrain: &Terrain, act: &Act, deed: &Deed, steps: u64) {
+        match deed {
+            Deed::InCells(outcome) => self.settle_in_cells(act, outcome),
+            Deed::OnWay(arrival, drive) => self.settle_on_way(act, arrival, drive.as_ref()),
         }
+        self.look_around(terrain, act.robot);
+        self.end_if_over(terrain, act.robot, steps);
+    }
+
+    /// Takes note of an action of a robot that goes from cell to cell.
+    fn settle_in_cells(&mut self, act: &Act, outcome: &Outcome) {
+        let Act { robot, action, .. } = *act;
+        let is_stranded = outcome.branch == Branch::Stranded;
+        let turn = match action {
+            Action::Wait if !is_stranded => Turn::Waits,
+            _ => Turn::Lasts(duration_ns(lasts_s(outcome))),
+        };
+        self.roster.act(act, turn);
+        let at = self.roster.entry(robot).at;
+        let heading = match action {
+            Action::Step(direction) if !is_stranded => direction,
+            _ => at.heading,
+        };
+        self.roster.place(robot, Placement { cell: outcome.to, heading });
+        if is_stranded {
+            self.roster.end(robot, Standing::Stranded);
+        }
+        if let (Some(coverage), Vehicle::Rover { .. }) =
+            (&mut self.coverage, self.roster.entry(robot).robot.vehicle)
+        {
+            coverage.visit(&mut self.roster, robot);
+        }
+    }
+
+    /// Takes note of an action of a robot that goes from point to point, and of what it sees on its way.
+    fn settle_on_way(&mut self, act: &Act, arrival: &Arrival, drive: Option<&Drive>) {
+        let Act { robot, action, .. } = *act;
+        let seer = self.roster.entry(robot).robot;
+        if let (Some(ground), Some(before)) = (&mut self.ground, self.travels.get(robot)) {
+            // A robot that fails on the spot has gone nowhere, and shows nothing.
+            let has_gone = arrival.outcome.branch != Branch::Stranded || arrival.at != before.at;
+            if let (Action::Fly, true, Some(to)) = (action, has_gone, self.travels.next(before)) {
+                ground.see_between(&seer, before.at, to);
+            }
+            if let Some(drive) = drive {
+                ground.drove(robot, drive);
+                if has_gone {
+                    ground.see(&seer, &drive.sensed);
+                }
+            }
+        }
+        self.travels.settle(&mut self.roster, act, arrival);
+        if let (Branch::Halted, Some(ground)) = (arrival.outcome.branch, &mut self.ground) {
+            ground.begin_stage(robot);
+            self.travels.rejoin(&mut self.roster, robot);
+        }
+    }
+
+    /// What a robot sees that goes from cell to cell planners of drives know by the map, and so the guard of drives knows it.
+    fn look_around(&mut self, terrain: &Terrain, robot: RobotId) {
+        let (Some(uncertain), entry) = (&mut self.ground, self.roster.entry(robot)) else { return };
+        let (grid, at) = (self.brief.grid, entry.at.cell);
+        let (is_disc, reach_cells) = match (entry.robot.sensor, terrain.ground(at)) {
+            (Sensor::Disc, Some(ground)) => {
+                (true, self.brief.sensor_of(robot).reach_cells(&grid, ground.height_m))
+            }
+            (Sensor::Square { range_cells }, Some(_)) => (false, f64::from(range_cells)),
+            _ => return,
+        };
+        let clip = |at: i32, side: u32| {
+            let reach = reach_cells as i32;
+            at.saturating_sub(reach).max(0)..=at.saturating_add(reach).min(side as i32 - 1)
+        };
+        let columns = clip(at.x, grid.width);
+        let cells = clip(at.y, grid.height).flat_map(|y| columns.clone().map(move |x| Cell::new(x, y)));
+        let seen = cells.filter(|cell| !is_disc || cell.distance_cells(at) <= reach_cells);
+        uncertain.show(seen.filter_map(|cell| grid.index(cell)));
     }
 
     /// Adds a route of an earlier life, which [`RobotTeam::recall`] needs.
     pub fn recall_route(&mut self, route: Route) {
-        if let Some(travels) = self.travels_mut() {
-            travels.recall_route(route);
-        }
+        self.travels.recall_route(route);
     }
 
     /// Keeps the points of a route until a command announces it.
@@ -191,45 +288,58 @@ impl RobotTeam {
     /// # Errors
     /// If the mission has no such robot, or its robots have no routes.
     pub fn offer(&mut self, announcement: Announcement) -> Result<(), Refusal> {
-        match self.travels_mut() {
-            Some(travels) => travels.offer(announcement),
-            None => Err(Refusal::malformed("route", "a mission whose robots have routes", "another")),
+        if self.roster.entries().all(|(_, entry)| entry.robot.vehicle.along_route().is_none()) {
+            return Err(Refusal::malformed("route", "a mission whose robots have routes", "another"));
         }
+        self.travels.offer(announcement)
     }
 
     /// The route with that fingerprint, if it was announced.
     #[must_use]
     pub fn route(&self, id: RouteId) -> Option<&Route> {
-        self.travels()?.route(id)
+        self.travels.route(id)
     }
 
     /// All routes that were announced.
     pub fn routes(&self) -> impl Iterator<Item = &Route> {
-        self.travels().into_iter().flat_map(Travels::routes)
+        self.travels.routes()
     }
 
     /// All of them, as published with `state`.
     #[must_use]
     pub fn team(&self, state: &State) -> Team {
-        let travels = self.travels();
-        self.roster.team(state, |robot| travels.and_then(|travels| travels.get(robot)))
+        self.roster.team(state, |robot| self.travels.get(robot))
     }
 
-    fn travels(&self) -> Option<&Travels> {
-        match &self.task {
-            Task::Cover(_) => None,
-            Task::Scout(scout) => Some(scout.travels()),
-            Task::Hop(hop) => Some(hop.travels()),
-            Task::Mixed(mixed) => Some(mixed.travels()),
+    fn vehicle(&self, robot: RobotId) -> Vehicle {
+        self.roster.entry(robot).robot.vehicle
+    }
+
+    /// Whether a point lies on the map.
+    fn is_on_map(&self, at: Waypoint) -> bool {
+        match &self.ground {
+            Some(ground) => ground.contains(at),
+            None => self.brief.grid.contains(self.cell_of(at)),
         }
     }
 
-    fn travels_mut(&mut self) -> Option<&mut Travels> {
-        match &mut self.task {
-            Task::Cover(_) => None,
-            Task::Scout(scout) => Some(scout.travels_mut()),
-            Task::Hop(hop) => Some(hop.travels_mut()),
-            Task::Mixed(mixed) => Some(mixed.travels_mut()),
+    /// The cell of a point.
+    fn cell_of(&self, at: Waypoint) -> Cell {
+        match &self.ground {
+            Some(ground) => ground.cell(at),
+            None => at.cell_of(&self.brief.grid),
         }
     }
+}
+
+/// The robots that have a goal: all but those that look ahead for others.
+fn required(roster: &Roster) -> RobotSet {
+    let with_goals = roster.entries().filter(|(_, entry)| entry.robot.vehicle.is_on_ground());
+    with_goals.fold(RobotSet::NONE, |set, (robot, _)| set.with(robot))
+}
+
+/// How long an action of a robot that goes from cell to cell lasts, seconds.
+fn lasts_s(outcome: &Outcome) -> f64 {
+    let Flight { flight_time_s, flights, .. } = outcome.flight;
+    flight_time_s * f64::from(flights)
 }

@@ -1,7 +1,8 @@
 //! The robots of a mission, whatever they are to do: whose turn it is, where each stands, who commands it.
 
 use contract::{
-    Brief, Cell, Decision, Leader, Member, Placement, Robot, RobotId, Standing, State, Team, Travel,
+    Action, Brief, Cell, Decision, Direction, Leader, Member, Placement, Robot, RobotId, Sensor, Standing,
+    State, Team, Travel, Vehicle,
 };
 use scenario::Fleet;
 
@@ -28,12 +29,21 @@ pub struct Entry {
     pub standing: Standing,
     leader: Leader,
     /// The last decision that was its turn.
-    last: Option<Decision>,
+    pub last: Option<Decision>,
     actions: u64,
     /// Those of them by which it waited for others.
     waits: u64,
     /// The number of the action, from 1, at which it fails.
     fails_at: Option<u64>,
+}
+
+/// What a robot does at a decision, and under whom.
+#[derive(Clone, Copy, Debug)]
+pub struct Act {
+    pub robot: RobotId,
+    pub decision: Decision,
+    pub leader: Leader,
+    pub action: Action,
 }
 
 /// What a turn does to the order of the next ones.
@@ -48,12 +58,18 @@ pub enum Turn {
 }
 
 impl Roster {
-    /// The robots before their first action.
+    /// The robots before their first action; without a fleet a hopper alone.
     ///
     /// # Panics
     /// If there is none.
     #[must_use]
-    pub fn new(brief: &Brief, fleet: &Fleet) -> Self {
+    pub fn new(brief: &Brief, fleet: Option<&Fleet>) -> Self {
+        let place = Placement { cell: brief.start, heading: Direction::North };
+        let alone = [Robot { vehicle: Vehicle::Hopper, sensor: Sensor::Disc, start: place }];
+        let (robots, faults) = match fleet {
+            Some(fleet) => (fleet.robots.as_slice(), fleet.faults.as_slice()),
+            None => (alone.as_slice(), [].as_slice()),
+        };
         let entry = |(number, robot): (u16, &Robot)| Entry {
             robot: *robot,
             at: robot.start,
@@ -62,13 +78,9 @@ impl Roster {
             last: None,
             actions: 0,
             waits: 0,
-            fails_at: fleet
-                .faults
-                .iter()
-                .find(|fault| fault.robot == RobotId(number))
-                .map(|fault| fault.action),
+            fails_at: faults.iter().find(|fault| fault.robot == RobotId(number)).map(|fault| fault.action),
         };
-        let entries: Vec<Entry> = (0..).zip(&fleet.robots).map(entry).collect();
+        let entries: Vec<Entry> = (0..).zip(robots).map(entry).collect();
         let order = TurnOrder::new(entries.len() as u16);
         Self { order, entries, actions_max: brief.limits.steps_max, actor: None, acted_at_ns: 0 }
     }
@@ -157,11 +169,12 @@ impl Roster {
         next.map_or(0, |next_ns| next_ns.saturating_sub(self.acted_at_ns))
     }
 
-    /// `robot`, whose turn it was at `decision`, has acted under `leader`.
+    /// The robot whose turn it was has acted.
     ///
     /// # Panics
     /// If it was another robot's turn.
-    pub fn act(&mut self, robot: RobotId, decision: Decision, leader: Leader, turn: Turn) {
+    pub fn act(&mut self, act: &Act, turn: Turn) {
+        let Act { robot, decision, leader, .. } = *act;
         self.acted_at_ns = self.order.ready_at_ns(robot);
         match turn {
             Turn::Lasts(ns) => self.order.act(robot, ns),
@@ -173,6 +186,11 @@ impl Roster {
         (entry.last, entry.leader) = (Some(decision), leader);
         entry.actions += 1;
         entry.waits += u64::from(turn == Turn::Waits);
+    }
+
+    /// `robot`, which is alone, has acted so often before.
+    pub fn resume(&mut self, robot: RobotId, actions: u64) {
+        self.entry_mut(robot).actions = actions;
     }
 
     /// Puts `robot` elsewhere.

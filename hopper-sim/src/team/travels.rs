@@ -3,11 +3,11 @@
 use std::collections::VecDeque;
 
 use contract::{
-    Action, Announcement, Branch, Brief, Cell, Decision, Flight, Leader, Outcome, Placement, Refusal,
-    RobotId, Route, RouteId, Routes, Standing, Travel, Vehicle, Waypoint,
+    Action, Announcement, Branch, Brief, Cell, Decision, Flight, Outcome, Placement, Refusal, RobotId, Route,
+    RouteId, Routes, Standing, Travel, Vehicle, Waypoint,
 };
 
-use super::roster::{Roster, Turn};
+use super::roster::{Act, Roster, Turn};
 use super::turn_order::duration_ns;
 
 /// Proposed routes that are kept for each robot until a command announces one of them.
@@ -167,6 +167,9 @@ impl Travels {
 
     /// What `action` of `robot` comes to, if it is no drive: a flight takes its length divided by the speed, to announce and to
     /// hold take a second, to wait and to be done no time. `cell_of` is the cell of a point.
+    ///
+    /// # Panics
+    /// If the robot goes from cell to cell.
     #[must_use]
     pub fn flight(
         &self,
@@ -174,33 +177,29 @@ impl Travels {
         robot: RobotId,
         action: Action,
         cell_of: impl Fn(Waypoint) -> Cell,
-    ) -> Option<Arrival> {
-        let (entry, travel) = (roster.entry(robot), self.get(robot)?);
+    ) -> Arrival {
+        let travel = self.get(robot).expect("a robot that goes from point to point");
+        let entry = roster.entry(robot);
         let (from, here) = (entry.at.cell, travel.at);
         if roster.fails_now(robot) {
-            return Some(Arrival::stays(from, here, Branch::Stranded, 1.0));
+            return Arrival::stays(from, here, Branch::Stranded, 1.0);
         }
-        Some(match (action, self.next(travel), entry.robot.vehicle) {
+        match (action, self.next(travel), entry.robot.vehicle) {
             (Action::Fly, Some(to), Vehicle::Helicopter { speed_mps, .. }) => {
                 let range_m = here.distance_m(to);
                 Arrival::goes([from, cell_of(to)], to, Branch::Intended, range_m, range_m / speed_mps)
             }
             (Action::Wait | Action::Done, ..) => Arrival::stays(from, here, Branch::Held, 0.0),
             _ => Arrival::stays(from, here, Branch::Held, 1.0),
-        })
+        }
     }
 
-    /// Takes note that `action` of `robot`, which is due at `decision`, has come to `arrival`.
+    /// Takes note that an action of the robot that is due has come to `arrival`.
     ///
     /// # Panics
     /// If another robot is due.
-    pub fn settle(
-        &mut self,
-        roster: &mut Roster,
-        (robot, decision, leader): (RobotId, Decision, Leader),
-        action: Action,
-        arrival: &Arrival,
-    ) {
+    pub fn settle(&mut self, roster: &mut Roster, act: &Act, arrival: &Arrival) {
+        let Act { robot, decision, action, .. } = *act;
         let Arrival { outcome, at } = *arrival;
         let is_stranded = arrival.is_stranded();
         let turn = match action {
@@ -208,7 +207,7 @@ impl Travels {
             Action::Done if !is_stranded => Turn::Ends,
             _ => Turn::Lasts(duration_ns(outcome.flight.flight_time_s)),
         };
-        roster.act(robot, decision, leader, turn);
+        roster.act(act, turn);
         if is_stranded {
             roster.end(robot, Standing::Stranded);
         }

@@ -3,10 +3,11 @@
 use std::sync::Arc;
 
 use contract::{
-    Action, Branch, Cell, Collected, Decision, Direction, Flight, Pose, Soil, SoilMotion, State, Status,
+    Action, Branch, Cell, Collected, Decision, Direction, Flight, Leader, Pose, Soil, SoilMotion, State,
+    Status,
 };
-use hopper_sim::Mission;
-use hopper_sim::dynamics::{Execution, execute};
+use hopper_sim::dynamics::Execution;
+use hopper_sim::{Mission, RobotTeam};
 
 use crate::fixture::{EAST, Host, WEST, mission, sure_mission};
 
@@ -15,6 +16,13 @@ fn at(mission: &Mission, cell: Cell) -> State {
     let opening = *Host::new(mission.clone(), Vec::new(), hopper_sim::Pace::Max).arbiter.state();
     let height_m = mission.terrain.ground(cell).unwrap().height_m;
     State { pose: Pose { cell, height_m }, ..opening }
+}
+
+/// What `action` of the hopper comes to that stands where `state` has it.
+fn execute(mission: &Mission, state: &State, action: Action) -> Execution {
+    let brief = contract::Brief { start: state.pose.cell, ..mission.brief };
+    let mut team = RobotTeam::new(&brief, &mission.terrain, None);
+    team.execute(mission, state, Leader::default(), action).1
 }
 
 fn from(cell: Cell, action: Action) -> Execution {

@@ -52,10 +52,7 @@ impl Checker {
                 return false;
             }
         }
-        match &self.robots {
-            Some(robots) => robots.execute(&self.mission, before, action).is_some(),
-            None => matches!(action, Action::Hold | Action::Hop(_)),
-        }
+        self.robots.execute(&self.mission, before, action).is_some()
     }
 
     /// hopper-sim receives the points of a route.

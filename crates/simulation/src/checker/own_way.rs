@@ -6,17 +6,16 @@ use planner::Situation;
 use super::Checker;
 use crate::expected::design;
 use crate::robots::Robots;
-use crate::scouts::mixed::Mixed;
 
 impl Checker {
     /// The robots of a mission in which each has a task of its own.
-    pub(crate) fn mixed(&self) -> Option<&Mixed> {
-        self.robots.as_ref().and_then(Robots::mixed)
+    pub(crate) fn mixed(&self) -> Option<&Robots> {
+        if self.mission.brief.mixed.is_some() { Some(&self.robots) } else { None }
     }
 
     /// Start, goal and place of the hopper that is due, if it has a goal of its own.
     fn own_way(&self) -> Option<[Cell; 3]> {
-        self.mixed().and_then(Mixed::own_way)
+        self.mixed().and_then(Robots::own_way)
     }
 
     /// Whether a hopper is due that has a goal of its own.
@@ -53,7 +52,7 @@ impl Checker {
         let Some([start, goal, at]) = self.own_way() else { return };
         let (brief, state) = (situation.brief, situation.state);
         let height_m = self.mission.terrain.ground(at).map(|ground| ground.height_m);
-        let due = self.mixed().and_then(Mixed::due).unwrap_or(RobotId(0));
+        let due = self.mixed().and_then(Robots::due).unwrap_or(RobotId(0));
         let is_own = (brief.start, brief.goal) == (start, goal)
             && design(&self.mission.brief, due) == (Design { motion: brief.motion, sensor: brief.sensor })
             && state.pose.cell == at

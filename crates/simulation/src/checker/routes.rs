@@ -8,20 +8,17 @@ use contract::{
 use planner::Situation;
 
 use super::Checker;
-use crate::robots::Robots;
 use crate::scouts::{Scouts, fingerprint};
 
 impl Checker {
     /// The robots of a mission with helicopters.
     pub(crate) fn scouts(&self) -> Option<&Scouts> {
-        self.robots.as_ref().and_then(Robots::scouts)
+        if self.mission.brief.has_routes() { Some(self.robots.scouts()) } else { None }
     }
 
     /// A planner publishes the points of a route.
     pub(crate) fn announced(&mut self, announcement: &Announcement) {
-        if let Some(scouts) = self.robots.as_mut().and_then(Robots::scouts_mut) {
-            scouts.announce(announcement);
-        }
+        self.robots.announce(announcement);
     }
 
     /// A planner sends a command, which may name a route.
@@ -108,9 +105,9 @@ impl Checker {
         }
         // While an action is in the air the robots before it are planned with, in vain.
         let is_now = state.decision.0 == self.records.len() as u64 && state.digest == self.digest();
-        if let Some(robots) = self.robots.as_ref().filter(|_| is_now) {
+        if is_now && self.mission.brief.has_team() {
             // Who commands them is not for planners to see.
-            let mut need = robots.team(state.run, state.decision, state.digest);
+            let mut need = self.robots.team(state.run, state.decision, state.digest);
             Arc::make_mut(&mut need.members).iter_mut().for_each(|member| member.leader = Leader::default());
             let right = situation.team == Some(&need);
             self.require(right, "every plan is made with the robots as they are", || {

@@ -1,8 +1,8 @@
-//! What a robot that goes from point to point may do, and what is done for it at a deadline.
+//! What a robot that goes from point to point may do.
 
 use std::ops::ControlFlow;
 
-use contract::{Action, Origin, RobotId, RouteId, Vehicle, Vetoed, Waypoint};
+use contract::{Action, RobotId, RouteId, Vehicle, Vetoed, Waypoint};
 use rover::{Segment, Speed, traverse};
 
 use super::{Scouts, TOLERANCE_M, point};
@@ -45,15 +45,13 @@ impl Scouts {
     }
 
     /// Whether the robot that is due may do that.
-    pub(super) fn may(&self, due: usize, action: Action) -> bool {
+    pub fn may(&self, due: usize, action: Action) -> bool {
         let scout = &self.scouts[due];
         let is_within_budget = |length_m: f64| match scout.robot.vehicle {
             Vehicle::Helicopter { budget_m, .. } => length_m <= budget_m - scout.flown_m + TOLERANCE_M,
             _ => true,
         };
         match (action, scout.robot.vehicle) {
-            (Action::Hold | Action::Hop(_), Vehicle::Hopper) => true,
-            (_, Vehicle::Hopper) => false,
             (Action::Hold | Action::Wait | Action::Done, _) => true,
             (Action::Announce(id), _) => self.points(due, id).is_some_and(|points| {
                 let begins_m = point(points[0]).distance_m(point(scout.at));
@@ -75,15 +73,5 @@ impl Scouts {
     pub(super) fn points(&self, due: usize, id: RouteId) -> Option<&[Waypoint]> {
         let published = self.announced.get(&(self.run, RobotId(due as u16), id)).map(Vec::as_slice);
         published.or_else(|| self.route(id))
-    }
-
-    /// What is done at the deadline: on along the route if that may be, or nothing.
-    pub fn fallback(&self) -> (Action, Origin) {
-        let on = self.next().and_then(|due| {
-            let flies = matches!(self.scouts[due].robot.vehicle, Vehicle::Helicopter { .. });
-            let action = if flies { Action::Fly } else { Action::Drive };
-            self.may(due, action).then_some((action, Origin::Policy))
-        });
-        on.unwrap_or((Action::Hold, Origin::Hold))
     }
 }
