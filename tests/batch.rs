@@ -77,6 +77,9 @@ fn rows(dir: PathBuf) -> (String, String) {
 /// P-BATCH: everywhere, with a shell in place of the batch systems.
 #[test]
 fn the_documented_batch_jobs_give_the_rows_of_a_single_run() {
+    if suites::is_left_out("batch systems") {
+        return;
+    }
     let campaign = Campaign::new(5);
     for id in ["1", "2", "3", "4"] {
         let array =
@@ -101,6 +104,9 @@ fn the_documented_batch_jobs_give_the_rows_of_a_single_run() {
 /// P-SLURM: on a Slurm of one node, with a job requeued while it flies.
 #[test]
 fn slurm_runs_the_documented_array_and_a_requeued_job_continues() {
+    if suites::is_left_out("batch systems") {
+        return;
+    }
     let what = "the documented array on Slurm";
     let mut slurm = match Slurm::start() {
         Ok(slurm) => slurm,
@@ -126,6 +132,9 @@ fn slurm_runs_the_documented_array_and_a_requeued_job_continues() {
 /// P-PARALLEL: given again, GNU parallel has nothing left to do.
 #[test]
 fn gnu_parallel_runs_the_documented_line() {
+    if suites::is_left_out("batch systems") {
+        return;
+    }
     let version = Command::new("parallel").arg("--version").output();
     // Another program of that name is in moreutils.
     if !version.is_ok_and(|output| String::from_utf8_lossy(&output.stdout).starts_with("GNU parallel")) {

@@ -4,8 +4,7 @@ use contract::{
     Action, Brief, Cell, Collected, Decision, Digest, Leader, MonotonicNs, Origin, Record, RobotId, Status,
     Timing, Vetoed,
 };
-use hopper_sim::dynamics::execute;
-use hopper_sim::{Arbiter, Mission, Pace, ROBOT};
+use hopper_sim::{Arbiter, Mission, Pace, ROBOT, RobotTeam};
 use motion::{Domain, Draw, landing, steps};
 
 use crate::ground::Ground;
@@ -160,8 +159,9 @@ impl Trial {
         let mission = &Mission { seed: self.seed, ..ground.mission.clone() };
         let now = MonotonicNs(0);
         let mut state = *Arbiter::new(mission.clone(), None, Pace::Max, 0, now).state();
+        let mut team = RobotTeam::new(&mission.brief, &mission.terrain, None);
         for &action in &self.actions {
-            let execution = execute(mission, &state, action);
+            let (_, execution) = team.execute(mission, &state, Leader::default(), action);
             let mut record = Record {
                 robot: ROBOT,
                 decision: state.decision,

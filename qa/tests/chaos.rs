@@ -21,6 +21,9 @@ fn qa(words: &[&str]) -> Command {
 /// leave the digest as it was, and nothing behind.
 #[test]
 fn a_sample_of_chaos_breaks_no_promise() {
+    if suites::is_left_out("endurance") {
+        return;
+    }
     let output = qa(&["chaos", "--faults", "8", "--format", "json"]).output().unwrap();
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
     let answer = harness::json(&output);
@@ -68,6 +71,9 @@ fn a_broken_promise_is_told_with_its_seed() {
 /// pages.
 #[test]
 fn long_teams_survive_faults_after_decision_300() {
+    if suites::is_left_out("endurance") {
+        return;
+    }
     for (scenario, after) in [("coverage-8", "300"), ("expedition", "300")] {
         for role in ["hopper-sim", "perception", "planner"] {
             let words = ["chaos", "--scenario", scenario, "--after", after, "--faults", "1", "--role", role];

@@ -21,6 +21,9 @@ fn qa(mission: &Mission, words: &[&str]) -> Command {
 /// P-PATROL-FLOWN: a short sample of the long run; `hopper endure` alone flies the million.
 #[test]
 fn a_patrol_under_kills_has_the_digest_of_lockstep_and_leaves_nothing_behind() {
+    if suites::is_left_out("endurance") {
+        return;
+    }
     let mut mission = Mission::new("endure");
     let words = [
         "endure",
@@ -73,6 +76,9 @@ fn a_mission_that_is_no_patrol_is_no_long_run() {
 /// P-COVER-LONG: a team of which every process is killed, the last of them after decision 300, has the digest of lockstep.
 #[test]
 fn a_long_mission_of_several_robots_under_kills_ends_as_in_lockstep() {
+    if suites::is_left_out("endurance") {
+        return;
+    }
     let mut mission = Mission::new("endure-team");
     let words =
         ["endure", "--scenario", "coverage-8", "--kill-every", "40", "--samples", "10", "--pace", "200"];

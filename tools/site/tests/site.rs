@@ -54,6 +54,9 @@ fn site() -> Option<PathBuf> {
 /// platform.
 #[test]
 fn missions_as_web_assembly_end_as_on_this_machine() {
+    if suites::is_left_out("site") {
+        return;
+    }
     let Some(site) = site() else { return };
     let mut missions = missions(NODE_SEEDS);
     missions.extend([
@@ -68,6 +71,9 @@ fn missions_as_web_assembly_end_as_on_this_machine() {
 /// hop; a click swaps the planner; the link of what was flown repeats it; a dropped elevation model becomes the ground.
 #[test]
 fn the_page_flies_missions_without_a_server() {
+    if suites::is_left_out("site") {
+        return;
+    }
     let Some(site) = site() else { return };
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("site-page");
     std::fs::create_dir_all(&folder).unwrap();
@@ -123,6 +129,9 @@ fn model() -> String {
 /// P-BROWSER-GROUND: an elevation model that is at hand makes the mission that its file makes.
 #[test]
 fn an_elevation_model_at_hand_makes_the_mission_of_its_file() {
+    if suites::is_left_out("site") {
+        return;
+    }
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("model.asc");
     std::fs::write(&path, model()).unwrap();
@@ -136,6 +145,9 @@ fn an_elevation_model_at_hand_makes_the_mission_of_its_file() {
 
 #[test]
 fn what_cannot_be_flown_is_one_sentence() {
+    if suites::is_left_out("site") {
+        return;
+    }
     for (request, need) in [
         (r#"{}"#, "a scenario or an elevation model"),
         (r#"{"scenario":"moon"}"#, "needs to be one of hard"),
@@ -154,6 +166,9 @@ fn what_cannot_be_flown_is_one_sentence() {
 
 #[test]
 fn a_folder_with_other_files_is_left_as_it_is() {
+    if suites::is_left_out("site") {
+        return;
+    }
     if !has_target() {
         return;
     }
