@@ -36,6 +36,7 @@ fn named(guide: &str) -> BTreeSet<String> {
     section.lines().filter(|line| line.starts_with(|c: char| c.is_ascii_digit())).filter_map(file).collect()
 }
 
+/// P-GUIDES.
 #[test]
 fn each_guide_names_every_file_that_its_example_touches() {
     for (guide, patch) in [("Add a message", "add-a-message"), ("Add a planner", "add-a-planner")] {
@@ -132,8 +133,9 @@ fn unoptimised(manifest: &str) -> String {
     kept.replacen(section, &(section.to_owned() + &lines), 1)
 }
 
-/// P-GUIDES: with the files of the guides and no others, the message has a port, a line in the memory budget, faults
-/// in the simulation and a place in recordings, and the planner flies.
+/// P-GUIDES: A message and a planner that are added by the guides of ARCHITECTURE.md, in the files
+/// they name and no others, work: port, memory budget, simulation, recording; and the planner
+/// flies.
 #[test]
 fn a_message_and_a_planner_added_by_the_guides_work() {
     // Its own target folder would compile all dependencies again.

@@ -49,8 +49,9 @@ fn start(mission: &Mission) -> Process {
     Process::spawn("planner", command, &mission.path(""))
 }
 
-/// P-TEMPLATE: a crate of 40 lines outside the workspace is a whole planner process: it keeps the law, is killed and started
-/// again, and the mission has the digest of one that nobody disturbed.
+/// P-TEMPLATE: A crate of 40 lines outside the workspace is a planner process: it passes the
+/// conformance check, may be killed and restarted, and the digest is that of the undisturbed
+/// mission.
 #[test]
 fn a_crate_outside_the_workspace_is_a_planner_process() {
     let lines = std::fs::read_to_string(root().join("templates/planner-rust/src/main.rs")).unwrap();
@@ -97,7 +98,9 @@ fn greedy() -> String {
     format!("'{}' planner --algorithm greedy", harness::program("hopper").display())
 }
 
-/// P-PLANNER-COMMAND: the program flies the mission, killed and started again on the way, also behind a shell.
+/// P-PLANNER-COMMAND: `hopper run --planner-command` starts, watches and restarts a program in
+/// place of the built-in planner, and says what is wrong with a program that does not exist, ends
+/// at once, never joins or never commands.
 #[test]
 fn a_program_of_ones_own_is_started_watched_and_restarted() {
     let words = ["--seed", "6", "--planner", "greedy"];
@@ -126,7 +129,8 @@ fn a_program_of_ones_own_is_started_watched_and_restarted() {
     assert_eq!(json(&output)["digest"], undisturbed["digest"], "{}", stderr(&output));
 }
 
-/// P-PLANNER-COMMAND: a program that is none, or no planner, ends the mission with what it needs.
+/// P-PLANNER-COMMAND. A path that is not a program, or a program that is not a planner, ends the
+/// mission with an error that says what is needed.
 #[test]
 fn a_program_that_is_no_planner_is_refused_by_name() {
     let stranger = format!("{} --robot 1", greedy());

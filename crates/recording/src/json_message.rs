@@ -91,7 +91,8 @@ mod tests {
         const SERVICE: PublishSubscribe = PublishSubscribe::new("hop/rN/battery", &[Role::HopperSim]);
     }
 
-    /// P-BAG-JSON.
+    /// P-BAG-JSON: A message without a protobuf schema is recorded as JSON under the name of its
+    /// service, and kept by a recovery.
     #[test]
     fn a_message_without_a_schema_is_recorded_as_json() {
         assert_eq!(JsonMessage::topic::<State>(), None, "it has a schema");

@@ -406,7 +406,8 @@ mod tests {
 
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(64))]
-        /// P-ROUTE-EXACT.
+        /// P-ROUTE-EXACT: `ett_exact` is optimal on its graph, and its route never costs more after
+        /// it is pulled tight.
         #[test]
         fn the_search_agrees_with_bellman_ford_and_pulling_never_costs_more(
             seed in any::<u64>(), flat in any::<bool>(), radius_m in 0.0..3.0_f64,

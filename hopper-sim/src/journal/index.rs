@@ -55,7 +55,7 @@ impl Index {
 mod tests {
     use super::*;
 
-    /// P-JOURNAL-INDEX.
+    /// P-JOURNAL-INDEX: The memory that a journal takes does not grow with its length.
     #[test]
     fn every_record_is_found_from_a_mark_not_far_before_it_in_bounded_memory() {
         let mut index = Index::default();

@@ -109,7 +109,8 @@ mod tests {
         Hosts::new(address.parse().unwrap(), &named)
     }
 
-    /// P-WEB-HOSTS: loopback names have any port; other names are those that were given.
+    /// P-WEB-HOSTS: Page and Foxglove server accept localhost and numeric addresses at any port,
+    /// and names that `--web-host` gives, so that `ssh -L` works and DNS rebinding does not.
     #[test]
     fn loopback_names_have_any_port_and_other_names_are_given() {
         let own = hosts("127.0.0.1", &[]);

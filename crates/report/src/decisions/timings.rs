@@ -203,7 +203,7 @@ mod tests {
         DecisionTimings::new(decisions, disturbances)
     }
 
-    /// P-LATENCY-REPORT: percentiles, misses and causes are those of the decisions.
+    /// P-LATENCY-REPORT: The longest decisions of a latency report are named with their causes.
     #[test]
     fn the_worst_decisions_are_named_with_their_causes() {
         let report = timings().report(600_000, Conditions::default());

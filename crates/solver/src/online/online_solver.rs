@@ -479,7 +479,8 @@ mod tests {
     use super::*;
     use crate::fixtures::{Fixture, GoalPlace, SplitMix64};
 
-    /// P-ENCLOSED.
+    /// P-ENCLOSED: The bounds that prove an action hold at every node of the map, at every stage of
+    /// their refinement.
     #[test]
     fn the_bounds_hold_at_every_node_frozen_or_clear_and_at_every_stage() {
         let mut solver = Solver::new();

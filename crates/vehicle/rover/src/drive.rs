@@ -110,6 +110,7 @@ mod tests {
         (Surface::flat(Lattice::new(4, 1).unwrap()), Truth { speeds: speeds.to_vec() })
     }
 
+    /// P-TRAVERSE.
     #[test]
     fn a_drive_takes_the_sum_of_its_true_paces() {
         let (surface, truth) = row([Speed::Fast, Speed::Slow, Speed::Medium, Speed::Fast]);
@@ -140,7 +141,8 @@ mod tests {
         assert!((drive.at.x_m - 1.5).abs() < 1e-12 && drive.sensed == [0, 1]);
     }
 
-    /// P-STAGE-LEGS.
+    /// P-STAGE-LEGS: A route that is driven leg by leg ends, when its time is used up, where it
+    /// would end in one drive, to the last bit.
     #[test]
     fn a_route_driven_leg_by_leg_ends_where_it_ends_in_one_drive_to_the_last_bit() {
         let speeds = [Speed::Fast, Speed::Slow, Speed::Medium, Speed::Fast, Speed::Slow].repeat(20);

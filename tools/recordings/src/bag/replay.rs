@@ -305,7 +305,8 @@ impl Replay {
 mod tests {
     use super::*;
 
-    /// P-OWN-UNSUITED: what cannot decide for the recorded mission is refused by name, a planner of one's own that flew it too.
+    /// P-OWN-UNSUITED. A planner that cannot decide for the recorded mission is refused by name,
+    /// also an external one that flew it.
     #[test]
     fn a_planner_that_does_not_suit_the_recording_is_refused_by_name() {
         let bytes = include_bytes!("../../../../tests/golden/hard.mcap");
