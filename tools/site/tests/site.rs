@@ -49,13 +49,9 @@ fn site() -> Option<PathBuf> {
     .clone()
 }
 
-/// P-BROWSER-DIGEST: As WebAssembly, missions of hoppers in both profiles and of rovers that cover
-/// ground end with the digest, the map and the steps of the native program, bit for bit. Missions
-/// of rover and helicopter do not.
-///
-/// As WebAssembly in Node, missions end as on this machine, bit for bit: hoppers in both profiles,
-/// with a planner that takes over, and rovers that cover ground. Not rover and helicopter: their
-/// crates take logarithms from the platform.
+/// P-BROWSER-DIGEST: As WebAssembly, missions of hoppers in both profiles, with a planner that takes
+/// over, and of rovers that cover ground end with the digest, the map and the steps of the native
+/// program, bit for bit. Missions of rover and helicopter are not compared.
 #[test]
 fn missions_as_web_assembly_end_as_on_this_machine() {
     let Some(site) = site() else { return };
