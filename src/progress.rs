@@ -29,7 +29,7 @@ pub struct Progress {
 }
 
 impl Progress {
-    /// Of `due` units, `held` are done at `now`.
+    /// Progress of work on `due` units, of which `held` are done at `now`.
     #[must_use]
     pub fn begin(unit: &'static str, due: u64, held: u64, now: MonotonicNs) -> Self {
         let bar = node::stderr_redraws().then(|| bar(unit, due, held));

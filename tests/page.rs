@@ -430,7 +430,7 @@ fn the_frames_tell_the_expected_speed_of_every_cell_as_planners_count_with_it() 
         let told = Told::by(&frames, scouted.map.grid.cells());
         assert_eq!(told.codes.len(), scouted.map.grid.cells());
         let camera = helicopter::Sensor::with_accuracy(0.9).unwrap();
-        let camera = Some(&camera).filter(|_| !accuracy.is_empty());
+        let camera = if accuracy.is_empty() { None } else { Some(&camera) };
         let mut kinds = std::collections::BTreeSet::new();
         for (index, prior) in scouted.mission.terrain.prior.iter().enumerate() {
             let ground = scouted.map.cells()[index];

@@ -110,7 +110,7 @@ struct Bid {
     robot: RobotId,
     /// The decision that is kept.
     decision: Decision,
-    /// When it was asked for.
+    /// When the bid was made.
     since: MonotonicNs,
 }
 
@@ -125,7 +125,7 @@ pub struct Arbiter {
     state: State,
     /// The robots, unless there is a single hopper. They are one decision ahead of the state while that is under way.
     robots: Option<RobotTeam>,
-    /// What is published of them with the state.
+    /// What is published of the robots with the state.
     team: Option<Team>,
     phase: Phase,
     /// At most one for each robot.
@@ -214,15 +214,15 @@ impl Arbiter {
         }
     }
 
-    /// The same arbiter, which obeys [`Event::Control`] from now on.
+    /// This arbiter, which obeys [`Event::Control`] from now on.
     #[must_use]
     pub fn obeying_orders(mut self) -> Self {
         self.throttle.obey_orders();
         self
     }
 
-    /// The same arbiter for a mission that is repeated from its journal: no deadline passes by the clock, and what the
-    /// fallback did comes as [`Event::Repeat`].
+    /// This arbiter for a mission that is repeated from its journal: no deadline passes by the
+    /// clock, and what the fallback did comes as [`Event::Repeat`].
     #[must_use]
     pub fn without_deadlines(mut self) -> Self {
         self.deadlines = false;
@@ -256,14 +256,15 @@ impl Arbiter {
         self.robots.as_ref()?.route(id)
     }
 
-    /// The same, unless it is announced by a record that the journal does not hold yet.
+    /// The announced route `id`; `None` if it is unknown, or if the journal does not hold the
+    /// record yet that announces it.
     #[must_use]
     pub fn committed_route(&self, id: RouteId) -> Option<&Route> {
         let is_uncommitted = match &self.phase {
             Phase::Committing(record) | Phase::Unwritten(record) => record.action == Action::Announce(id),
             Phase::Resting | Phase::Flying(_) => false,
         };
-        self.route(id).filter(|_| !is_uncommitted)
+        if is_uncommitted { None } else { self.route(id) }
     }
 
     /// Takes an event that happened at `now`; the effects are to be carried out in order.

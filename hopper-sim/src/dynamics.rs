@@ -37,7 +37,8 @@ pub fn execute(mission: &Mission, state: &State, action: Action) -> Execution {
     execute_beside(mission, state, state.decision.0, action)
 }
 
-/// The same for a hopper that is not alone: it has acted `flown` times, and all other decisions were those of others.
+/// Executes an action of a hopper that is not alone: it has acted `flown` times, and all other
+/// decisions were those of others.
 ///
 /// # Panics
 /// As [`execute`].

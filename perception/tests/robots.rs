@@ -150,7 +150,8 @@ impl Mission {
         mission
     }
 
-    /// The same, the helicopter's camera reading 0 m/Sol wherever the cell's number is divisible by 3.
+    /// A rover with a helicopter whose camera reads 0 m/Sol wherever the cell's number is divisible
+    /// by 3.
     fn scouts_that_err() -> Self {
         let mut mission = Self::scouts();
         mission.robots[1].sensor = Sensor::ErringCamera { radius_m: 3.0, accuracy: 0.7 };
@@ -187,7 +188,7 @@ impl Mission {
         self.records.push(Record { digest: previous.chain(&record), ..record });
     }
 
-    /// The same up to `decision`, then another past.
+    /// This mission up to `decision`, then another past.
     fn flown_elsewhere_from(mut self, decision: usize) -> Self {
         self.records.truncate(decision);
         let cell = self.robots[0].start.cell;

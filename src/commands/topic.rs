@@ -238,7 +238,7 @@ struct Rate<'a> {
     topic: &'a str,
     hz: f64,
     messages: u64,
-    /// Those that are the message before them once more.
+    /// Messages that repeat the one before them.
     repeated: u64,
     gap_max_ms: f64,
 }

@@ -29,7 +29,7 @@ impl Case {
         Self { world, setup }
     }
 
-    /// The same mission for the processes.
+    /// The mission of this setup, for the processes.
     fn mission(&self) -> Mission {
         let Setup { mode, sensing, starts, percent, faults, steps_max, .. } = &self.setup;
         let grid = *self.world.grid();

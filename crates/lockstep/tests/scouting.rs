@@ -20,7 +20,7 @@ fn mission(seed: u64, robots: &[(&str, &str)], hazard_max: f64) -> (Mission, Pla
     mission_in(seed, robots, hazard_max, None, 1)
 }
 
-/// The same in so many stages, its helicopters reading so large a share of speeds right.
+/// A mission in so many stages, whose helicopters read so large a share of speeds right.
 fn mission_in(
     seed: u64,
     robots: &[(&str, &str)],

@@ -21,7 +21,8 @@ impl JsonMessage {
         Self::of_robot(message, ROBOT)
     }
 
-    /// The same of a message of `robot`, under the name of its own service.
+    /// A message of `robot` as JSON, under the name of the robot's own service; `None` if it has a
+    /// channel with a schema, or a value that JSON cannot hold.
     #[must_use]
     pub fn of_robot<M: Message>(message: &M, robot: RobotId) -> Option<Self> {
         Self::topic::<M>()?;

@@ -98,7 +98,7 @@ struct Search<'a> {
     reached: Vec<f64>,
     /// The move that led to a cell.
     came_by: Vec<u8>,
-    /// In turn, a power of two of them.
+    /// Cells to visit by their cost, in a ring of buckets whose number is a power of two.
     buckets: Vec<Vec<(f64, u32)>>,
     queued: usize,
     /// Estimate at the lower edge of bucket 0.

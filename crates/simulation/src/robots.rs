@@ -34,7 +34,7 @@ impl Robots {
         scouts.or_else(|| Rovers::begin(mission).map(Self::Rovers))
     }
 
-    /// Those of a mission in which each has a task of its own.
+    /// The robots of a mixed mission; `None` in other missions.
     pub fn mixed(&self) -> Option<&Mixed> {
         match self {
             Self::Mixed(mixed) => Some(mixed),
@@ -42,7 +42,7 @@ impl Robots {
         }
     }
 
-    /// Those of a mission in which robots go from point to point.
+    /// The robots that go from point to point; `None` in a mission without any.
     pub fn scouts(&self) -> Option<&Scouts> {
         match self {
             Self::Rovers(_) => None,

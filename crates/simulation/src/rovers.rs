@@ -119,7 +119,7 @@ impl Rovers {
         Action::ALL.into_iter().filter(is_blocked).fold(Vetoed::NONE, Vetoed::with)
     }
 
-    /// One of them, that to another rover if there is one.
+    /// A step that is blocked, to the cell of another rover if one is.
     pub fn blocked_step(&self, mission: &Mission) -> Option<Action> {
         let from = self.rovers[self.next()?].at.cell;
         let blocked = self.blocked(mission);

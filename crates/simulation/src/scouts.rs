@@ -103,11 +103,11 @@ pub(crate) struct Scouts {
     shown: Vec<Shown>,
     /// What a camera that errs reads of each cell.
     readings: Vec<Option<DriveSpeed>>,
-    /// How often such a camera is right.
+    /// How often a camera that errs is right.
     accuracy: f64,
     /// Published by planners in any run, executed or not.
     announced: Announced,
-    /// Those that decisions have announced, in their order.
+    /// The routes that decisions have announced, in their order.
     routes: Vec<(RouteId, Vec<Waypoint>)>,
     actor: Option<usize>,
     /// When the last action began and whoever acts next is ready, nanoseconds of simulated time.
@@ -123,7 +123,10 @@ struct Arrival {
 impl Scouts {
     /// Before the first decision; `None` in a mission without scouts.
     pub fn begin(mission: &Mission) -> Option<Self> {
-        let fleet = mission.fleet.as_ref().filter(|_| mission.brief.has_routes())?;
+        if !mission.brief.has_routes() {
+            return None;
+        }
+        let fleet = mission.fleet.as_ref()?;
         let grid = mission.brief.grid;
         let lattice = Lattice::new(grid.width as usize, grid.height as usize).ok()?;
         let speeds = mission.terrain.cells.iter();
@@ -221,7 +224,7 @@ impl Scouts {
         self.scouts.iter().map(|scout| scout.halts).max().unwrap_or_default()
     }
 
-    /// Whether that robot has moved since the last of them ended.
+    /// Whether `robot` has moved since the last stage ended.
     pub fn has_moved_in_stage(&self, robot: RobotId) -> bool {
         let ended = self.scouts.iter().filter_map(|scout| scout.halted).max();
         self.scouts.get(usize::from(robot.0)).is_some_and(|scout| scout.moved > ended)
@@ -311,7 +314,8 @@ impl Scouts {
         Some((robot, execution))
     }
 
-    /// The same in a hopper's mission, whose pose, steps, visits and treasures are the hopper's.
+    /// Executes an action of `robot` in a hopper's mission, whose pose, steps, visits and treasures
+    /// are the hopper's.
     fn beside_hopper(&self, mission: &Mission, before: &State, robot: RobotId, action: Action) -> Execution {
         let &State { pose, collected, steps, visits, status, .. } = before;
         let scout = &self.scouts[usize::from(robot.0)];

@@ -85,7 +85,7 @@ pub(crate) enum Kind {
 pub struct Fill {
     /// The value, as the file stores it: before scale, offset and unit.
     pub value: f64,
-    /// Cells that hold it, of those that were asked for.
+    /// Cells that hold the value, among the cells that were read.
     pub cells: u64,
     /// Lowest and highest of the values that are not suspected, as stored; `None` if there are no others.
     pub others: Option<Range>,

@@ -20,7 +20,7 @@ use crate::dynamics::Execution;
 #[derive(Clone, Debug)]
 pub struct CoverTeam {
     progress: Progress,
-    /// Those that cover ground, in the order of their numbers, by which `progress` knows them.
+    /// The robots that cover ground, in the order of their numbers, by which `progress` knows them.
     rovers: Vec<RobotId>,
     /// Where hoppers go, whom no rover shall be in the way: closed to rovers, and no ground to cover.
     goals: Vec<Cell>,

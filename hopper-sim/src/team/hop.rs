@@ -38,7 +38,7 @@ impl HopTeam {
         &self.travels
     }
 
-    /// The same, to add routes.
+    /// The routes of the mission, to add some.
     pub fn travels_mut(&mut self) -> &mut Travels {
         &mut self.travels
     }

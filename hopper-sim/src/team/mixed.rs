@@ -33,7 +33,7 @@ pub struct MixedTeam {
     brief: Brief,
     required: RobotSet,
     ways: Ways,
-    /// Those that cover ground, if there are any.
+    /// The team of rovers that cover ground, if there are any.
     cover: Option<CoverTeam>,
 }
 
@@ -84,7 +84,7 @@ impl MixedTeam {
         }
     }
 
-    /// The same, to add routes.
+    /// The routes of the mission, to add some.
     pub fn travels_mut(&mut self) -> &mut Travels {
         match &mut self.ways {
             Ways::Uncertain(scout) => scout.travels_mut(),
@@ -248,7 +248,7 @@ impl MixedTeam {
 
     /// Another robot that takes up `cell` of the map.
     fn occupant(&self, roster: &Roster, robot: RobotId, cell: Cell) -> Option<RobotId> {
-        roster.other_on_ground(robot, cell).filter(|_| self.brief.grid.contains(cell))
+        if self.brief.grid.contains(cell) { roster.other_on_ground(robot, cell) } else { None }
     }
 
     /// Takes note of a decision of an earlier life, whose route, if it announced one, is recalled already.
@@ -313,7 +313,10 @@ impl MixedTeam {
         let entry = roster.entry(robot);
         let closes =
             entry.robot.vehicle.is_on_ground() && !matches!(entry.robot.vehicle, Vehicle::Rover { .. });
-        if let Some(cover) = self.cover.as_mut().filter(|_| closes && entry.standing != Standing::Active) {
+        if closes
+            && entry.standing != Standing::Active
+            && let Some(cover) = &mut self.cover
+        {
             cover.close_ways(roster, terrain);
         }
     }

@@ -30,16 +30,16 @@ use crate::dynamics::Execution;
 #[derive(Clone, Debug)]
 pub struct ScoutTeam {
     travels: Travels,
-    /// Of each robot, in the order of their numbers; only those of rovers run.
+    /// The clock of each robot's stage, in the order of their numbers; only those of rovers run.
     clocks: Vec<StageClock>,
     grid: Grid,
     ground: TrueGround,
     prior: Vec<SpeedPrior>,
     /// In index order.
     sights: Vec<Sight>,
-    /// The camera of those helicopters that err.
+    /// The camera of the helicopters that err, if any do.
     camera: Option<Sensor>,
-    /// What it reads of each cell, in index order; nothing where none errs.
+    /// What a camera that errs reads of each cell, in index order; empty if none errs.
     readings: Vec<Option<DriveSpeed>>,
     hazard_max: f64,
 }
@@ -94,7 +94,7 @@ impl ScoutTeam {
         &self.travels
     }
 
-    /// The same, to add routes.
+    /// The routes of the mission, to add some.
     pub fn travels_mut(&mut self) -> &mut Travels {
         &mut self.travels
     }
@@ -218,8 +218,11 @@ impl ScoutTeam {
 
     /// What a drive of `robot` to the next point of its route comes to; `None` for any other action, or if it fails.
     fn drive(&self, roster: &Roster, robot: RobotId, action: Action) -> Option<Drive> {
+        if action != Action::Drive || roster.fails_now(robot) {
+            return None;
+        }
         let travel = self.travel(robot);
-        let to = self.travels.next(travel).filter(|_| action == Action::Drive && !roster.fails_now(robot))?;
+        let to = self.travels.next(travel)?;
         Some(self.ground.drive(travel.at, to, self.clocks[usize::from(robot.0)].allowance()))
     }
 
@@ -254,16 +257,18 @@ impl ScoutTeam {
         let (before, seer) = (self.travel(robot), roster.entry(robot).robot);
         // A robot that fails on the spot has gone nowhere, and shows nothing.
         let has_gone = arrival.outcome.branch != Branch::Stranded || arrival.at != before.at;
-        let to = self.travels.next(before).filter(|_| has_gone && action == Action::Fly);
-        if let Some(to) = to {
+        if has_gone
+            && action == Action::Fly
+            && let Some(to) = self.travels.next(before)
+        {
             let cells = self.ground.seen(seer.sensor, before.at, to);
             self.see(&seer, &cells);
         }
         if let Some(drive) = &drive {
             self.clocks[usize::from(robot.0)].drove(drive);
-        }
-        if let Some(drive) = drive.filter(|_| has_gone) {
-            self.see(&seer, &drive.sensed);
+            if has_gone {
+                self.see(&seer, &drive.sensed);
+            }
         }
         self.travels.settle(roster, (robot, decision, leader), action, &arrival);
         if arrival.outcome.branch == Branch::Halted {

@@ -11,7 +11,7 @@ use crate::fixture::{
     EAST, Host, LINGER_NS, RUN, WEST, beat, command, mission, name, sure_mission, undisturbed,
 };
 
-/// The same command from another planner, for `term`.
+/// The command as another planner would send it, for `term`.
 fn rival(command: Command, term: u64) -> Command {
     Command { term: Term(term), incarnation: Incarnation(2), pid: 200, planner: name("greedy"), ..command }
 }

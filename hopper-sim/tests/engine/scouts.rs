@@ -124,7 +124,7 @@ impl Host {
     }
 }
 
-/// The same command of another life, which takes over.
+/// The command as a planner would send it that takes over.
 fn rival(command: &Command) -> Command {
     Command { incarnation: Incarnation(9), term: Term(2), ..*command }
 }

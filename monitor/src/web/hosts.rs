@@ -16,7 +16,7 @@ pub struct Hosts {
 }
 
 impl Hosts {
-    /// Those of a server that is bound to `address`, and `named` ones.
+    /// The hosts of a server that is bound to `address`: its own names and the `named` ones.
     #[must_use]
     pub fn new(address: IpAddr, named: &[String]) -> Self {
         Self { address, named: named.iter().map(|name| name.to_ascii_lowercase()).collect() }

@@ -283,7 +283,8 @@ struct Gathered {
 }
 
 impl Gathered {
-    /// Of which run the decisions are wanted. A run that is announced once more, as to a newcomer, changes nothing.
+    /// Begins to gather the decisions of a run. A run that is announced once more, as to a
+    /// newcomer, changes nothing.
     fn begin(&mut self, brief: Brief) {
         if self.brief.is_none_or(|known| known.run != brief.run) {
             *self = Self { brief: Some(brief), ..Self::default() };

@@ -92,7 +92,8 @@ fn messages(bytes: &[u8]) -> Vec<(String, MonotonicNs, Vec<u8>)> {
     recording.entries().map(|entry| (entry.topic, entry.logged, entry.data.to_vec())).collect()
 }
 
-/// The same in one order: messages with one log time stand in that of their causes, or of the file.
+/// The messages of a recording in one order: those with one log time stand in that of their causes,
+/// or of the file.
 fn sorted(bytes: &[u8]) -> Vec<(String, MonotonicNs, Vec<u8>)> {
     let mut messages = messages(bytes);
     messages.sort();

@@ -17,7 +17,7 @@ const BESIDE_WIDTHS: f64 = 1.1;
 #[derive(Debug)]
 pub(super) struct Speeds {
     layer: SpeedLayer,
-    /// Of each cell, metres.
+    /// Height of each cell, metres.
     heights_m: Vec<f64>,
 }
 

@@ -238,7 +238,8 @@ mod tests {
         );
     }
 
-    /// Against a look at every disturbance: long ones, short ones, and decisions whose clock began anew.
+    /// Compared with a search through all disturbances: long ones, short ones, and decisions whose
+    /// clock began anew.
     #[test]
     fn every_happening_that_touches_a_decision_is_found() {
         let roles = Role::ALL;

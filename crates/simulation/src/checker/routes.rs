@@ -108,7 +108,7 @@ impl Checker {
         }
         // While an action is in the air the robots before it are planned with, in vain.
         let is_now = state.decision.0 == self.records.len() as u64 && state.digest == self.digest();
-        if let Some(robots) = self.robots.as_ref().filter(|_| is_now) {
+        if is_now && let Some(robots) = &self.robots {
             // Who commands them is not for planners to see.
             let mut need = robots.team(state.run, state.decision, state.digest);
             Arc::make_mut(&mut need.members).iter_mut().for_each(|member| member.leader = Leader::default());

@@ -51,8 +51,11 @@ impl Mixed {
         let mut mixed = Self {
             required,
             headings: robots().map(|(_, robot)| robot.start.heading).collect(),
-            covered: Covered::begin(mission, starts, goals_of_hoppers(mission))
-                .filter(|_| !rovers.is_empty()),
+            covered: if rovers.is_empty() {
+                None
+            } else {
+                Covered::begin(mission, starts, goals_of_hoppers(mission))
+            },
             rovers,
             scouts,
         };
@@ -158,7 +161,7 @@ impl Mixed {
         Action::ALL.into_iter().filter(is_blocked).fold(Vetoed::NONE, Vetoed::with)
     }
 
-    /// One of them: that onto the goal of a hopper if there is one, else that to another robot.
+    /// An action that is blocked: a step onto the goal of a hopper if there is one, else one to another robot.
     pub fn blocked_action(&self, mission: &Mission) -> Option<Action> {
         let due = self.scouts.next()?;
         let blocked = self.blocked(mission);
@@ -344,10 +347,11 @@ impl Mixed {
             },
             _ => self.has_arrived(number).then_some(Standing::Done),
         };
-        let end = end
-            .or(gives_up.then(|| gave_up(&scout.robot.vehicle)))
-            .filter(|_| scout.standing == Standing::Active);
-        let standing = end.unwrap_or(scout.standing);
+        let end = end.or(gives_up.then(|| gave_up(&scout.robot.vehicle)));
+        let standing = match (scout.standing, end) {
+            (Standing::Active, Some(end)) => end,
+            (standing, _) => standing,
+        };
         let closes = matches!(scout.robot.vehicle, Vehicle::HopperTo { .. } | Vehicle::Driver { .. });
         let scout = &mut self.scouts.scouts[number];
         // Who acts no more waits for nobody.

@@ -103,9 +103,12 @@ impl OnlineSolver {
             return;
         }
         let centred = self.world.kind(node) == Kind::Goal || old.kind == Kind::Goal;
-        let Some(slot) = self.layout.set(node, &site).filter(|_| !centred) else {
-            self.readiness = Readiness::Outdated;
-            return;
+        let slot = match self.layout.set(node, &site) {
+            Some(slot) if !centred => slot,
+            _ => {
+                self.readiness = Readiness::Outdated;
+                return;
+            }
         };
         let loss = self.world.rules().loss;
         self.layout.magnitude = self.layout.magnitude.max(4.0 * loss.abs());

@@ -13,7 +13,7 @@ pub enum DriveEnd {
     OutOfTime,
     /// At the border of a cell of true speed 0, which it entered: it will never move again.
     Stuck {
-        /// That cell.
+        /// The cell of speed 0.
         cell: usize,
     },
 }
@@ -41,7 +41,8 @@ pub struct Drive {
     pub at: Point,
     /// Time spent driving, in Sol.
     pub duration_sol: f64,
-    /// The same with the time used up before, added up piece by piece: two drives make the sum of one.
+    /// Time spent driving in this drive and those before it, in Sol, added up piece by piece: two
+    /// drives make the sum of one.
     pub used_sol: f64,
     /// Way driven on the ground, in metres.
     pub length_m: f64,

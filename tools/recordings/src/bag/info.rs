@@ -57,7 +57,7 @@ struct Info {
     /// Decisions told by the states; those whose record is there; the last state's status and digest.
     decisions: u64,
     records: u64,
-    /// Whether every one of these decisions has its record, whatever states and patches were missed.
+    /// Whether every decision that states tell of has its record, whatever states and patches were missed.
     complete: bool,
     status: Option<Status>,
     digest: Option<Digest>,
@@ -408,7 +408,7 @@ mod tests {
             .filter(|message| !matches!(message, RecordedMessage::Gap(_)))
     }
 
-    /// The same as of another run.
+    /// The message as one of run `run`.
     fn of(run: RunId, message: RecordedMessage) -> RecordedMessage {
         match message {
             RecordedMessage::Brief(brief) => RecordedMessage::Brief(Brief { run, ..brief }),
