@@ -94,8 +94,10 @@ fn with_flag(mut error: Error, parent: &Command, got: &str) -> Error {
     let planner = first(nearest(got, planner::ALGORITHMS.iter().copied()));
     let dem = is_any_of(&["tif", "tiff", "asc"]).then(|| got.to_owned());
     let known = [("scenario", scenario), ("dem", dem), ("planner", planner.clone()), ("algorithm", planner)];
-    let meant =
-        known.into_iter().find_map(|(flag, value)| value.filter(|_| knows(flag)).map(|value| (flag, value)));
+    let meant = known.into_iter().find_map(|(flag, value)| match value {
+        Some(value) if knows(flag) => Some((flag, value)),
+        _ => None,
+    });
     if let Some((flag, value)) = meant
         && !got.starts_with('-')
     {

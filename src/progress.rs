@@ -29,7 +29,7 @@ pub struct Progress {
 }
 
 impl Progress {
-    /// Of `due` units, `held` are done at `now`.
+    /// Progress of work on `due` units, of which `held` are done at `now`.
     #[must_use]
     pub fn begin(unit: &'static str, due: u64, held: u64, now: MonotonicNs) -> Self {
         let bar = node::stderr_redraws().then(|| bar(unit, due, held));
@@ -107,7 +107,7 @@ fn bar(unit: &str, due: u64, held: u64) -> ProgressBar {
 mod tests {
     use super::*;
 
-    /// P-PROGRESS: after a second the first line, then one every ten.
+    /// P-PROGRESS: A command that takes longer than a second says so, and again every ten seconds.
     #[test]
     fn a_line_after_a_second_and_then_every_ten_tells_how_far_and_how_long() {
         let at = |s: u64| MonotonicNs(5 + s * 1_000_000_000);

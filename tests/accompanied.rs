@@ -4,8 +4,8 @@ use crate::harness::{Mission, json, leaders, lockstep, stderr};
 
 const SCENARIO: [&str; 2] = ["--scenario", "hopper-scout"];
 
-/// P-ACCOMPANIED-RUN: five processes have the digest of lockstep, with the planners that the scenario names and with another
-/// for the hopper.
+/// P-ACCOMPANIED-RUN: A hopper and a helicopter, each with a planner process, have the digest of
+/// lockstep.
 #[test]
 fn a_hopper_with_a_helicopter_flown_live_has_the_digest_of_lockstep() {
     for planner in [None, Some("astar")] {
@@ -25,14 +25,16 @@ fn a_hopper_with_a_helicopter_flown_live_has_the_digest_of_lockstep() {
     }
 }
 
-/// P-ACCOMPANIED-KILL: every process is killed once and started again, between the announcements and in flight.
+/// P-ACCOMPANIED-KILL: Any process of a mission of hopper and helicopter may be killed and
+/// restarted; the journal is that of lockstep.
 #[test]
 fn any_process_of_hopper_and_helicopter_may_die_and_the_journal_is_that_of_lockstep() {
     let mission = Mission::new("accompanied-kill");
     mission.kill_each_of_two(&SCENARIO, "20", ["mdp", "scout_ahead"], [5, 20, 40, 60]);
 }
 
-/// P-ACCOMPANIED-TAKEOVER: the hopper's planner is swapped live; the helicopter's goes on in its own term.
+/// P-ACCOMPANIED-TAKEOVER: In a live mission the hopper's planner can be swapped while the
+/// helicopter's carries on in its own term.
 #[test]
 fn the_hoppers_planner_is_swapped_live_and_the_helicopters_goes_on() {
     let mission = Mission::new("accompanied-swap");
@@ -51,7 +53,8 @@ fn the_hoppers_planner_is_swapped_live_and_the_helicopters_goes_on() {
     mission.assert_as_lockstep("journal");
 }
 
-/// P-ACCOMPANIED-UNSUITED: planners of other robots are refused by name, and teams that cannot be in a scenario too.
+/// P-ACCOMPANIED-UNSUITED: Where a hopper has a helicopter, planners that do not suit and
+/// impossible teams are each refused with one error.
 #[test]
 fn planners_and_teams_that_cannot_be_are_refused_by_name() {
     let mission = Mission::new("accompanied-unsuited");

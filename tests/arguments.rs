@@ -116,7 +116,8 @@ const SLOW_WRITERS: &[&[&str]] = &[
     &["endure", "--out"],
 ];
 
-/// P-PATHS: a path to write is written, whatever its bytes, or refused.
+/// P-PATHS: A path to write is written whatever its bytes and named, or refused: standard output, a
+/// pipe, or a name of another format. A path to read that is something else is refused.
 #[test]
 fn a_path_to_write_is_written_as_asked_or_refused() {
     build_tools();
@@ -197,7 +198,7 @@ const READERS: &[&[&str]] = &[
     &["endure", "--scenario"],
 ];
 
-/// P-PATHS: a path to read that leads to nothing, or to something else, is refused.
+/// P-PATHS. A path to read that does not exist, or is something else, is refused.
 #[test]
 fn a_path_to_read_that_is_something_else_is_refused() {
     build_tools();
@@ -272,7 +273,7 @@ const VALUES: &[&[&str]] = &[
     &["completions"],
 ];
 
-/// P-FLAGS: numbers, durations and names that are none.
+/// P-FLAGS. Invalid numbers, durations and names.
 #[test]
 fn a_value_that_is_none_is_refused() {
     build_tools();
@@ -319,7 +320,8 @@ const PRINTERS: &[&[&str]] = &[
     &["man"],
 ];
 
-/// P-PIPE: a reader that is gone, a full disk, a terminal without abilities, an empty environment.
+/// P-PIPE. A reader that has exited, a full disk, a terminal without abilities, an empty
+/// environment.
 #[test]
 fn every_command_prints_to_whatever_is_there() {
     build_tools();
@@ -344,8 +346,9 @@ fn every_command_prints_to_whatever_is_there() {
     }
 }
 
-/// P-MEANT: what is nearly the name of a scenario, a planner, a campaign, a profile or a topic is answered with that name, in
-/// one sentence.
+/// P-MEANT: A mistyped scenario, scenario file, planner, campaign, profile, role, topic or
+/// experiment is answered with the one it resembles, whatever its capitals; a name given without
+/// its flag is answered with the flag.
 #[test]
 fn a_name_that_is_nearly_right_is_answered_with_the_right_one() {
     build_tools();
@@ -406,7 +409,8 @@ fn files(folder: &Path) -> Vec<(PathBuf, Vec<u8>, std::time::SystemTime)> {
     found
 }
 
-/// P-ENDED: what has ended is not flown again, and no file of it is touched.
+/// P-ENDED: A run or campaign into a directory that holds it complete flies nothing, prints the
+/// summary again, and changes no file.
 #[test]
 fn a_finished_folder_is_left_as_it_is() {
     let place = Place::new();
@@ -436,7 +440,8 @@ fn a_finished_folder_is_left_as_it_is() {
     assert!(code == 2 && text.contains("seed needs 2, got 1"), "{text}");
 }
 
-/// P-JOURNAL-FIELD: a journal of another mission is refused by the field that differs, with both values.
+/// P-JOURNAL-FIELD: A journal of another mission is refused with the field that differs and both
+/// values.
 #[test]
 fn a_journal_of_another_mission_is_refused_by_the_field_that_differs() {
     let place = Place::new();

@@ -74,7 +74,9 @@ fn rows(dir: PathBuf) -> (String, String) {
     (read("trials.jsonl"), read("trials.csv"))
 }
 
-/// P-BATCH: everywhere, with a shell in place of the batch systems.
+/// P-BATCH: The documented Slurm array and GNU parallel lines give the rows of a single run.
+///
+/// A shell stands in for the batch systems, so this test runs everywhere.
 #[test]
 fn the_documented_batch_jobs_give_the_rows_of_a_single_run() {
     if suites::is_left_out("batch systems") {
@@ -101,7 +103,9 @@ fn the_documented_batch_jobs_give_the_rows_of_a_single_run() {
     campaign.assert_merged();
 }
 
-/// P-SLURM: on a Slurm of one node, with a job requeued while it flies.
+/// P-SLURM: On a real Slurm of one node the documented array gives the rows of a single run, also
+/// if a job is requeued while it flies. Skipped, with a note, where Slurm is not installed or
+/// cannot run.
 #[test]
 fn slurm_runs_the_documented_array_and_a_requeued_job_continues() {
     if suites::is_left_out("batch systems") {
@@ -129,7 +133,8 @@ fn slurm_runs_the_documented_array_and_a_requeued_job_continues() {
     campaign.assert_merged();
 }
 
-/// P-PARALLEL: given again, GNU parallel has nothing left to do.
+/// P-PARALLEL: GNU parallel runs the documented line, gives the rows of a single run, and has
+/// nothing left to do when the line is repeated. Skipped, with a note, where it is not installed.
 #[test]
 fn gnu_parallel_runs_the_documented_line() {
     if suites::is_left_out("batch systems") {

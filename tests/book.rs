@@ -46,7 +46,7 @@ fn outside_fences(text: &str) -> impl Iterator<Item = &str> {
     })
 }
 
-/// The same without code in backticks.
+/// The lines outside fenced blocks, without code in backticks.
 fn prose(text: &str) -> String {
     let lines = outside_fences(text).map(|line| line.split('`').step_by(2).collect::<Vec<_>>().join(" "));
     lines.collect::<Vec<_>>().join("\n")

@@ -58,7 +58,7 @@ fn rows(dir: PathBuf) -> (String, String) {
     (read("trials.jsonl"), read("trials.csv"))
 }
 
-/// P-ROWS
+/// P-ROWS: A campaign has the same rows whatever the number of threads.
 #[test]
 fn rows_are_equal_whatever_the_jobs() {
     let dir = folder(TINY);
@@ -76,7 +76,8 @@ fn rows_are_equal_whatever_the_jobs() {
     assert_eq!((lines.lines().count(), table.lines().count(), seeds.len()), (20, 21, 20));
 }
 
-/// P-SHARDS
+/// P-SHARDS: Merged shards equal the whole, byte for byte; missing, unfinished and foreign shards
+/// are refused.
 #[test]
 fn shards_merged_are_the_whole() {
     let dir = folder(TINY);
@@ -99,7 +100,7 @@ fn shards_merged_are_the_whole() {
     assert_eq!(rows(dir.join("again")), rows(dir.join("whole")));
 }
 
-/// P-RESUME
+/// P-RESUME: A killed campaign resumes to the same rows, wherever the kill happened.
 #[test]
 fn a_killed_campaign_resumes_to_the_same_rows() {
     let text = TINY.replace("repetitions = 5", "repetitions = 250").replace("\"mdp\", ", "");
@@ -132,7 +133,7 @@ fn a_killed_campaign_resumes_to_the_same_rows() {
     assert_eq!(rows(dir.join("cut")), rows(dir.join("whole")));
 }
 
-/// P-GRID
+/// P-GRID: A trial's seed is the same wherever its cell stands in the grid.
 #[test]
 fn a_trials_seed_is_its_own_wherever_its_cell_stands() {
     let dir = folder(&TINY.replace("\"hard\", \"sandy\"", "\"sandy\"").replace("\"mdp\", ", ""));
@@ -149,7 +150,9 @@ fn a_trials_seed_is_its_own_wherever_its_cell_stands() {
     refused(dir, &["run", "d.toml", "--out", "small", "--resume"], &["another campaign", "plan"]);
 }
 
-/// P-TRIAL: the weights of a trial override the scenario's, and are part of what it is.
+/// P-TRIAL: A trial is the mission that `hopper run` would fly.
+///
+/// The weights of a trial override the scenario's, and are part of what it is.
 #[test]
 fn a_trial_is_the_mission_that_hopper_run_would_fly() {
     let dir = folder(
@@ -182,7 +185,7 @@ fn a_trial_is_the_mission_that_hopper_run_would_fly() {
     assert!(rows(dir.join("w")).0.contains("\"information\":0.25"));
 }
 
-/// P-RERUN
+/// P-RERUN: A trial that is flown again has the digest of its row, with picture and journal.
 #[test]
 fn a_trial_flown_again_has_the_digest_of_its_row() {
     let dir = folder(TINY);
@@ -205,8 +208,7 @@ fn a_trial_flown_again_has_the_digest_of_its_row() {
     assert!(stderr(&output).contains(digest), "{}", stderr(&output));
 }
 
-/// P-CAMPAIGN-INTERRUPT: on Ctrl-C the rows flown so far are kept, which is said, and the run goes on from them.
-/// P-NO-LINK: where a campaign writes, a link is refused, and what it leads to stays as it is.
+/// P-NO-LINK. A campaign refuses a link where it writes, and leaves the link's target as it is.
 #[test]
 fn links_in_place_of_rows_are_refused() {
     let dir = folder(TINY);
@@ -221,6 +223,8 @@ fn links_in_place_of_rows_are_refused() {
     assert_eq!(fs::read_to_string(&precious).unwrap(), "theirs");
 }
 
+/// P-CAMPAIGN-INTERRUPT: An interrupted campaign keeps its rows, prints how many, and exits with
+/// code 130.
 #[test]
 fn an_interrupted_campaign_says_what_it_keeps() {
     // More than anybody would wait for.
@@ -245,7 +249,8 @@ fn an_interrupted_campaign_says_what_it_keeps() {
     }
 }
 
-/// P-CAMPAIGN-FILE
+/// P-CAMPAIGN-FILE: Bad campaigns are refused before anything is written, and the error names the
+/// field.
 #[test]
 fn bad_campaigns_are_refused_by_name() {
     let dir = tempfile::tempdir().unwrap();
@@ -302,7 +307,7 @@ fn bad_campaigns_are_refused_by_name() {
     refused(dir, &["merge", "nowhere"], &["nowhere"]);
 }
 
-/// P-DAMAGED-ROWS
+/// P-DAMAGED-ROWS: Damaged rows are refused, and the error names the line.
 #[test]
 fn damaged_rows_are_refused_by_line() {
     let dir = folder(TINY);
@@ -326,7 +331,8 @@ fn damaged_rows_are_refused_by_line() {
     refuses(&forged(all[3], "\"coverage\":", "\"coverage\":7"), "line 4: coverage: need 0 to 1, got 7");
 }
 
-/// P-DAMAGED-PLAN
+/// P-DAMAGED-PLAN: A plan that is damaged, edited or endless is refused, and the table of rows is
+/// rebuilt from the rows.
 #[test]
 fn a_damaged_or_edited_plan_is_refused() {
     let dir = folder(TINY);
@@ -355,7 +361,7 @@ fn a_damaged_or_edited_plan_is_refused() {
     assert_eq!(fs::read(&table).unwrap(), good);
 }
 
-/// P-REPORT
+/// P-REPORT: The report of a small campaign matches its stored snapshot.
 #[test]
 fn the_report_of_a_tiny_campaign_is_as_ever() {
     let dir = folder(TINY);
@@ -384,7 +390,8 @@ fn the_report_of_a_tiny_campaign_is_as_ever() {
     );
 }
 
-/// P-READINGS: every combination is flown on the same draws, and scored against the paper.
+/// P-READINGS: Readings of the paper's open points are flown on the same draws, and scored by the
+/// likelihood of the paper's numbers.
 #[test]
 fn readings_of_the_paper_are_flown_beside_each_other_and_scored() {
     let readings = "\n[[readings]]\nname = \"model\"\n\n[[readings]]\nname = \"other\"\nleaving = -100.0\n\
@@ -419,7 +426,7 @@ fn readings_of_the_paper_are_flown_beside_each_other_and_scored() {
     refused(plain.path(), &["report", "a", "--readings"], &["--readings needs a campaign with [[readings]]"]);
 }
 
-/// P-HUNT
+/// P-HUNT: Treasures are counted in rows, reports, summaries and pictures.
 #[test]
 fn treasures_are_counted_row_by_row_and_in_the_report() {
     let text = "name = \"hunt\"\nseed = 3\nrepetitions = 6\nscenarios = [\"treasures\"]\n\
@@ -449,7 +456,8 @@ fn treasures_are_counted_row_by_row_and_in_the_report() {
     assert_eq!(shown["digest"], again["digest"]);
 }
 
-/// P-TREASURE-HUNT: in every cell of the paper, at 100 % success. A mission is deterministic, so no chance is involved.
+/// P-TREASURE-HUNT. In every cell of the paper, at 100 % success. A mission is deterministic, so no
+/// chance is involved.
 #[test]
 fn profile_hopper_collects_more_treasures_than_the_paper_at_no_lower_success() {
     let text = "name = \"hunt\"\nseed = 5\nrepetitions = 60\nscenarios = [\"treasures\"]\n\
@@ -470,7 +478,10 @@ fn profile_hopper_collects_more_treasures_than_the_paper_at_no_lower_success() {
     }
 }
 
-/// P-REGRET: nobody passes the clairvoyant's bounds, and the clairvoyant reaches that of success.
+/// P-REGRET: Every report on hoppers with one goal has the regret to the clairvoyant's bounds,
+/// which no planner passes; other missions have none.
+///
+/// No planner passes the clairvoyant's bounds, and the clairvoyant reaches the bound of success.
 #[test]
 fn every_report_tells_the_regret() {
     let dir = folder(&TINY.replace("\"mdp\", \"greedy\"", "\"mdp\", \"clairvoyant\"").replace("= 5", "= 40"));
@@ -493,7 +504,7 @@ fn every_report_tells_the_regret() {
     }
 }
 
-/// P-REGRET: the bounds are those of a hopper on its way to a goal.
+/// P-REGRET. The bounds are those of a hopper on its way to a goal.
 #[test]
 fn a_campaign_of_rovers_has_no_regret() {
     let text =
@@ -507,7 +518,7 @@ fn a_campaign_of_rovers_has_no_regret() {
     assert!(table.contains("| coverage |") && !table.contains(" points, "), "{table}");
 }
 
-/// P-ACCEPT
+/// P-ACCEPT: A campaign compared with another is accepted, or the report exits with code 3.
 #[test]
 fn one_campaign_beside_another_is_accepted_or_not() {
     let world = |steps_max: u32| {
@@ -555,7 +566,7 @@ fn one_campaign_beside_another_is_accepted_or_not() {
     refused(dir.path(), &["report", "long/rows", "--accept"], &["--beside"]);
 }
 
-/// P-CAMPAIGNS: every campaign of the house can be flown.
+/// P-CAMPAIGNS: Every campaign in `campaigns/` is valid.
 #[test]
 fn the_campaigns_of_the_house_are_sound() {
     // Flies those of studies.

@@ -43,7 +43,7 @@ fn fly_with(role: &str, environment: &[(&str, &str)], seed: &str) -> (Value, u32
     (processes[0].json(), deaths)
 }
 
-/// P-CRASH-POINTS: kill -9 of each role at every named crash point leaves the digest as it was.
+/// P-CRASH-POINTS: kill -9 of any role at any named crash point leaves the digest unchanged.
 #[test]
 fn a_death_at_any_named_point_leaves_the_digest() {
     let undisturbed = lockstep(&["--seed", "21"]);
@@ -66,7 +66,7 @@ fn a_death_at_any_named_point_leaves_the_digest() {
     }
 }
 
-/// P-KILL: kill -9 of each role at random moments leaves the digest as it was.
+/// P-KILL: kill -9 of any role at random moments leaves the digest unchanged.
 #[test]
 fn random_kills_of_every_role_leave_the_digest() {
     let undisturbed = lockstep(&["--seed", "22"]);
@@ -121,8 +121,8 @@ fn assert_killed_and_repaired(mission: &Mission, mut processes: Vec<Process>, st
     assert_repaired(mission, state);
 }
 
-/// P-REPAIR: `doctor --clean` repairs every state that deaths leave behind, at every crash point, in start-up,
-/// half-made and damaged files included, and a mission flies in their place.
+/// P-REPAIR: `doctor --clean` repairs every state that killed processes leave behind, including
+/// half-made and damaged files.
 #[test]
 fn the_doctor_repairs_every_state_that_the_dead_leave_behind() {
     let mut mission = Mission::new("repair");
@@ -217,7 +217,8 @@ fn files(folder: &Path) -> Vec<std::path::PathBuf> {
     files
 }
 
-/// P-REPAIR-LIVE: `doctor --clean` touches nothing of an instance in which everybody is stopped.
+/// P-REPAIR-LIVE: `doctor --clean` touches nothing of an instance whose processes are all stopped
+/// but alive.
 #[test]
 fn the_doctor_leaves_the_stopped_alone() {
     let mission = Mission::new("stopped");
@@ -245,7 +246,8 @@ fn the_doctor_leaves_the_stopped_alone() {
     processes.iter_mut().for_each(|peer| assert_eq!(peer.code(), 0, "{}", peer.log()));
 }
 
-/// P-RESTART: `hopper run` restarts what dies.
+/// P-RESTART: `hopper run` restarts any process that dies, without limit in the long run: only six
+/// deaths of one process within two minutes are too many.
 #[test]
 fn hopper_run_restarts_whatever_dies() {
     let undisturbed = lockstep(&["--seed", "23"]);
@@ -273,7 +275,7 @@ fn hopper_run_restarts_whatever_dies() {
     mission.assert_nothing_left();
 }
 
-/// P-GIVE-UP: a planner that crashes in a loop is restarted a bounded number of times; then the hopper holds.
+/// P-GIVE-UP: `hopper run` stops restarting a planner that crashes in a loop, and the hopper holds.
 #[test]
 fn a_crash_looping_planner_is_given_up_and_the_hopper_holds() {
     let mut mission = Mission::new("loop");
@@ -289,7 +291,8 @@ fn a_crash_looping_planner_is_given_up_and_the_hopper_holds() {
     mission.assert_nothing_left();
 }
 
-/// P-WATCHER: a monitor that keeps dying is given up, and the mission goes on.
+/// P-WATCHER: `hopper run` stops restarting a monitor that keeps crashing, and the mission
+/// continues.
 #[test]
 fn a_crash_looping_monitor_stops_nobody() {
     let mut mission = Mission::new("blind");

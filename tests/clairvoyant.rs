@@ -13,6 +13,7 @@ fn fly(ground: &str, planner: &str, seed: u64) -> (Status, Digest) {
     (flown.state.status, flown.state.digest)
 }
 
+/// P-BOUNDS.
 #[test]
 fn the_clairvoyant_reaches_its_bound_in_lockstep() {
     // 99.12 % on sandy ground: of 400 missions 3.5 fail on average, 12 or more once in 3,000 times.
@@ -20,6 +21,7 @@ fn the_clairvoyant_reaches_its_bound_in_lockstep() {
     assert!(failures < 12, "{failures} of 400 missions failed");
 }
 
+/// P-MENDED.
 #[test]
 fn a_star_and_d_star_lite_fly_the_very_same_missions() {
     for seed in 0..10 {

@@ -23,7 +23,8 @@ fn asked(words: &[&str], file: &Path) -> Output {
     output
 }
 
-/// P-OTHER-FORMAT: whatever is asked of it, by one line, and the journal is left as it is.
+/// P-OTHER-FORMAT: A journal of an older or newer format is refused by every command that opens
+/// one, in one line that names the build that reads or wrote it.
 #[test]
 fn a_journal_of_another_format_is_refused_by_every_command_that_opens_one() {
     let mission = Mission::new("other-format");
@@ -67,7 +68,8 @@ fn a_journal_of_another_format_is_refused_by_every_command_that_opens_one() {
     }
 }
 
-/// P-OLD-RECORDING: and its planner decides as it did, on the maps it had.
+/// P-OLD-RECORDING: A recording of the previous release can be read and exported, and on replay its
+/// planner takes every decision as it did.
 #[test]
 fn a_recording_of_before_is_read_exported_and_replayed() {
     program("hopper-recordings");
@@ -88,7 +90,8 @@ fn a_recording_of_before_is_read_exported_and_replayed() {
     assert_eq!(again["different"], Value::Array(Vec::new()), "{again}");
 }
 
-/// P-OLD-ROWS: reported as before; new rows are not mixed with them.
+/// P-OLD-ROWS: Campaign rows of the previous release give the report they gave. Adding rows to them
+/// is refused, and the error names both versions; rows without checksums are refused.
 #[test]
 fn rows_of_before_are_reported_and_not_continued() {
     let folder = golden("hard-campaign");
@@ -123,7 +126,7 @@ fn rows_of_before_are_reported_and_not_continued() {
     assert!(stderr(&output).contains("checksum"), "{}", stderr(&output));
 }
 
-/// P-OLD-SCENARIO: the built-in scenarios as files of before, to the hashes of before.
+/// P-OLD-SCENARIO: Scenario files of the previous release keep their hashes.
 #[test]
 fn scenarios_of_before_have_the_hash_they_had() {
     let table = std::fs::read_to_string(golden("digests.csv")).unwrap();

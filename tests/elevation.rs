@@ -70,7 +70,8 @@ fn mission(test: &str, model: &[u8]) -> Mission {
     mission
 }
 
-/// P-ELEVATION: over an elevation file, whatever its format, four processes have the digest of lockstep.
+/// P-ELEVATION: Over an elevation file of any supported format, four processes reach the digest of
+/// lockstep.
 #[test]
 fn an_elevation_file_is_crossed_with_one_digest_whatever_its_format() {
     let mut digests = Vec::new();
@@ -95,7 +96,8 @@ fn an_elevation_file_is_crossed_with_one_digest_whatever_its_format() {
     assert_eq!(digests[1], digests[2], "packing changes nothing");
 }
 
-/// P-TERRAIN-CHECK: a survey tells all that is promised, the same in every format.
+/// P-TERRAIN-CHECK: `terrain check` prints size, resolution, coordinates, elevations, slopes and
+/// gaps, and what Hopper does with each.
 #[test]
 fn a_survey_tells_size_resolution_slopes_gaps_and_what_becomes_of_each() {
     for (format, model) in models() {
@@ -153,7 +155,8 @@ fn refuses(mission: &Mission, words: &[&str], says: &[&str]) {
     }
 }
 
-/// P-ELEVATION-BAD: in degrees, without heights, too large, or cut short: exit code 2 and one clear message.
+/// P-ELEVATION-BAD: Elevation files in degrees, without heights, too large or cut short are refused
+/// with one message.
 #[test]
 fn elevation_files_that_cannot_be_crossed_are_refused_in_one_message() {
     let degrees = GeoTiff { keys: Some(vec![(1024, 2), (1025, 1), (2048, 4326)]), ..geotiff() };
@@ -193,7 +196,8 @@ fn elevation_files_that_cannot_be_crossed_are_refused_in_one_message() {
     }
 }
 
-/// P-ELEVATION-LARGE: a model larger than a mission is surveyed all the same, and flown once it is cropped.
+/// P-ELEVATION-LARGE: A model larger than a mission allows can still be examined, and is flown once
+/// it is cropped.
 #[test]
 fn a_model_larger_than_a_mission_is_surveyed_and_has_to_be_cropped() {
     let mission = mission("large", &ascii_grid(&[-4000.0; 1100 * 20], 1100));
@@ -211,7 +215,7 @@ fn a_model_larger_than_a_mission_is_surveyed_and_has_to_be_cropped() {
     assert_eq!(json(&output)["outcome"], "goal");
 }
 
-/// P-DEM: `--dem` puts another model under a scenario, and is refused where the ground is generated.
+/// P-DEM: `--dem` puts another elevation model under a scenario.
 #[test]
 fn another_model_may_be_put_under_a_scenario() {
     let [(_, ascii), (_, tiff), _] = models();
@@ -226,8 +230,8 @@ fn another_model_may_be_put_under_a_scenario() {
     assert_eq!(generated.status.code(), Some(2), "{}", stderr(&generated));
 }
 
-/// P-DEM-ALONE: an ordinary elevation model is flown without any scenario, hop and cells fitted to each other, the same
-/// mission every time; where it does not fit a scenario, the command that flies it is named.
+/// P-DEM-ALONE: An elevation model alone is a mission, with hop and cells fitted to each other. If
+/// a model does not fit a scenario, the error names the command that flies the model alone.
 #[test]
 fn an_elevation_model_alone_is_a_mission() {
     // Cells of 4.98 m, as in the crop of Mars that the scenario mars is written for: no whole number fits a metre.
@@ -263,7 +267,7 @@ fn an_elevation_model_alone_is_a_mission() {
     refuses(&mission, &["run", "--dem", "nowhere.tif"], &["--dem", "nowhere.tif"]);
 }
 
-/// P-NO-GROUND: whoever repeats, compares or shows a mission does so on the ground that it was flown on.
+/// P-NO-GROUND. A mission is repeated, compared and shown only on the ground that it was flown on.
 #[test]
 fn on_another_ground_a_mission_is_neither_repeated_nor_shown() {
     let mission = mission("other-ground", &geotiff().bytes());
@@ -285,7 +289,9 @@ fn on_another_ground_a_mission_is_neither_repeated_nor_shown() {
     }
 }
 
-/// P-SCENARIO-NEW.
+/// P-SCENARIO-NEW: `hopper scenario new --dem` writes a scenario that flies over any model that
+/// `hopper run --dem` accepts, with comments, a relative path and the gravity of the body, and
+/// replaces no file.
 #[test]
 fn a_scenario_is_written_for_a_model_and_replaces_no_file() {
     let mission = Mission::new("written");

@@ -27,8 +27,8 @@ fn in_small_memory(mission: &Mission, size: &str, script: &str) -> Option<Output
     }
 }
 
-/// P-ROOM-SMALL: shared memory that is too small is refused at the start, with what is needed and what is
-/// there; nobody dies of it, and nothing is left.
+/// P-ROOM-SMALL: If shared memory is too small, a process is refused at the start, with the sizes
+/// needed and available.
 #[test]
 fn shared_memory_that_is_too_small_is_refused_at_the_start_with_the_sizes() {
     let mission = Mission::new("small");
@@ -46,8 +46,8 @@ fn shared_memory_that_is_too_small_is_refused_at_the_start_with_the_sizes() {
     assert_eq!(json(&output)["digest"], lockstep(&["--seed", "51"])["digest"]);
 }
 
-/// P-ROOM-FILLED: once a mission is under way it has all of its shared memory, page by page: whoever fills the
-/// rest disturbs nobody but those who want to join, who are told.
+/// P-ROOM-FILLED: If shared memory fills up during a mission, no running process is killed or
+/// disturbed; processes that want to join are refused with the sizes.
 #[test]
 fn shared_memory_that_is_filled_in_mid_run_disturbs_nobody() {
     let mission = Mission::new("backed");
@@ -88,8 +88,8 @@ fn shared_memory_that_is_filled_in_mid_run_disturbs_nobody() {
     assert!(!told.contains("hop_"), "{told}");
 }
 
-/// P-DISK-FULL: on a full disk hopper-sim holds before the hop it cannot write down, publishes nothing, and
-/// goes on when there is space again.
+/// P-DISK-FULL: On a full disk hopper-sim holds before a hop that it cannot write down, and
+/// continues when there is space.
 #[test]
 fn on_a_full_disk_the_hopper_holds_until_there_is_space_again() {
     let mission = Mission::new("disk");
@@ -126,7 +126,7 @@ fn on_a_full_disk_the_hopper_holds_until_there_is_space_again() {
     peers.iter_mut().for_each(|peer| assert_eq!(peer.code(), 0, "{}", peer.log()));
 }
 
-/// P-FULL-LOG: log lines that can no longer be written end nobody.
+/// P-FULL-LOG: A process does not end because its log lines cannot be written.
 #[test]
 fn a_full_disk_under_the_log_ends_nobody() {
     let mission = Mission::new("mute");
@@ -143,7 +143,8 @@ fn a_full_disk_under_the_log_ends_nobody() {
     );
 }
 
-/// P-FULL-END: files that cannot be written at the end, as on a full disk, hide neither summary nor reason.
+/// P-FULL-END: Files that cannot be written at the end of a mission, as on a full disk, hide
+/// neither its summary nor the reason why it stopped.
 #[test]
 fn files_that_cannot_be_written_at_the_end_hide_neither_summary_nor_reason() {
     let mission = Mission::new("full-end");
@@ -181,7 +182,7 @@ fn files_that_cannot_be_written_at_the_end_hide_neither_summary_nor_reason() {
     assert!(log.contains("resumes the mission") && log.contains("mission.svg"), "{log}");
 }
 
-/// P-BAG-FULL: on a full disk a recording that cannot be recovered leaves nothing behind, and is a run error.
+/// P-BAG-FULL: On a full disk a recovery leaves nothing behind, and is a run error.
 #[test]
 fn on_a_full_disk_nothing_is_left_of_a_recording_that_cannot_be_recovered() {
     let mission = Mission::new("fullbag");
@@ -202,8 +203,8 @@ fn on_a_full_disk_nothing_is_left_of_a_recording_that_cannot_be_recovered() {
     assert!(output.stdout.is_empty(), "left behind: {}", String::from_utf8_lossy(&output.stdout));
 }
 
-/// P-DEAF: a monitor that stops reading holds nobody up: the mission ends while it is stopped, more decisions
-/// later than its queue holds, no message lost to anybody else; woken, it learns of them all.
+/// P-DEAF: A monitor that stops reading slows no other process, and receives every decision once it
+/// reads again.
 #[test]
 fn a_monitor_that_stops_reading_slows_nobody() {
     let mission = Mission::new("deaf");

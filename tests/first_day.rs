@@ -18,7 +18,7 @@ fn answer(words: &[&str]) -> String {
     String::from_utf8(output.stdout).unwrap()
 }
 
-/// P-TYPO: a mistyped command is answered with the one it resembles, a bad number in plain words.
+/// P-TYPO: A mistyped command is answered with the one it resembles, a bad number in plain words.
 #[test]
 fn a_mistyped_command_is_answered_with_the_one_meant() {
     for (words, meant) in [
@@ -44,7 +44,7 @@ fn a_mistyped_command_is_answered_with_the_one_meant() {
     }
 }
 
-/// P-LISTS: built-in scenarios and campaigns are listed with a line each, and flown by name.
+/// P-LISTS: Built-in scenarios and campaigns are listed with a line each, and flown by name.
 #[test]
 fn built_in_scenarios_and_campaigns_are_listed_and_flown_by_name() {
     let scenarios = answer(&["scenario", "list"]);
@@ -83,7 +83,7 @@ fn built_in_scenarios_and_campaigns_are_listed_and_flown_by_name() {
     );
 }
 
-/// P-PAPER-SPEED: only campaigns of the paper's own cells are timed beside the paper's machine.
+/// P-PAPER-SPEED: Only campaigns of the paper's own cells are timed beside the paper's machine.
 #[test]
 fn a_campaign_of_ones_own_is_not_timed_beside_the_papers_machine() {
     const MINE: &str =
@@ -111,7 +111,7 @@ fn a_campaign_of_ones_own_is_not_timed_beside_the_papers_machine() {
     );
 }
 
-/// P-FIELDS-NAMED: what is wrong in a scenario is named by a field that exists, and by its file.
+/// P-FIELDS-NAMED: An error in a scenario names a field that exists, and the file.
 #[test]
 fn an_impossible_scatter_is_named_by_its_section_and_file() {
     let dir = tempfile::tempdir().unwrap();
@@ -136,7 +136,7 @@ fn an_impossible_scatter_is_named_by_its_section_and_file() {
     }
 }
 
-/// P-STEP-LIMIT: a mission that ran out of steps says so, and which limit it reached.
+/// P-STEP-LIMIT: The summary of a mission that ran out of steps says so, with the limit.
 #[test]
 fn running_out_of_steps_is_called_so() {
     let mission = Mission::new("out-of-steps");
@@ -153,7 +153,7 @@ fn running_out_of_steps_is_called_so() {
     assert!(!summary.contains("Deadlock") && !summary.contains("10 of 9"), "{summary}");
 }
 
-/// P-JOURNAL-OF-RUN: the output folder of a run stands for the journal in it.
+/// P-JOURNAL-OF-RUN: Every command that reads a journal also takes the output directory of its run.
 #[test]
 fn the_folder_of_a_run_stands_for_its_journal() {
     let mission = Mission::new("folder-of-run");
@@ -171,8 +171,8 @@ fn the_folder_of_a_run_stands_for_its_journal() {
     assert_eq!(empty.status.code(), Some(2), "{}", stderr(&empty));
 }
 
-/// P-TWO-RUNS: a second run in the instance of another is refused before it makes a folder, with a name that is free;
-/// an interrupted run says how to resume it, and `--control` needs no page.
+/// P-TWO-RUNS: A second run in an instance is refused before it creates a directory, with a free
+/// name in the error. An interrupted run says how to resume; `--control` works without a page.
 #[test]
 fn a_second_run_is_told_of_instances_and_an_interrupted_one_how_to_resume() {
     let mission = Mission::new("two-runs");
@@ -202,7 +202,7 @@ fn a_second_run_is_told_of_instances_and_an_interrupted_one_how_to_resume() {
     sim.await_log("the same command with --journal");
 }
 
-/// P-DOCTOR-NEXT: advice about an instance names that instance, in every command.
+/// P-DOCTOR-NEXT. Advice about an instance names that instance, in every command.
 #[test]
 fn the_doctors_advice_names_the_instance() {
     let name = format!("advised-{}", std::process::id());
@@ -212,7 +212,8 @@ fn the_doctors_advice_names_the_instance() {
     }
 }
 
-/// P-REFUSED-TRACELESS: a mission that is refused leaves nothing in a folder that was there.
+/// P-REFUSED-TRACELESS: A refused mission leaves no new directory, and no file in an existing one.
+/// A path may begin with a hyphen, an instance's name may not.
 #[test]
 fn a_refused_mission_adds_nothing_to_a_folder() {
     let mission = Mission::new("adds-nothing");
@@ -240,7 +241,7 @@ fn a_refused_mission_adds_nothing_to_a_folder() {
     }
 }
 
-/// P-REFUSED-TRACELESS: a mission that is refused leaves no folder, and paths may begin with a hyphen.
+/// P-REFUSED-TRACELESS. A refused mission leaves no directory, and paths may begin with a hyphen.
 #[test]
 fn a_refused_mission_leaves_no_folder_and_a_path_may_look_like_a_flag() {
     let mission = Mission::new("traceless");

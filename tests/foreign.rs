@@ -35,8 +35,9 @@ fn path_of(mission: &Mission, ending: &str) -> PathBuf {
     mission.instance().root().with_file_name(format!("{tag}{ending}"))
 }
 
-/// P-FOREIGN-SHM: a file of another user that bears the instance's name, or a link, is used by nobody. Everybody is
-/// told its path and owner, the doctor tells it too, and removes it where that is allowed.
+/// P-FOREIGN-SHM: No process uses a file in shared memory that bears an instance's name and belongs
+/// to another user, or is a symbolic link. Every process and `doctor` name its path and owner, and
+/// `doctor --clean` removes it where that is allowed.
 #[test]
 fn a_file_of_another_user_in_shared_memory_is_refused_told_and_cleaned() {
     // The names that can be foretold are those that two instances share.
@@ -92,7 +93,9 @@ fn a_file_of_another_user_in_shared_memory_is_refused_told_and_cleaned() {
     mission.assert_nothing_left();
 }
 
-/// P-FOREIGN-OWNER: and P-NO-LINK: an output folder or journal of another user, and links in place of what is written.
+/// P-NO-LINK.
+/// P-FOREIGN-OWNER. Here an output directory and a journal of another user, and links in place of
+/// files to write.
 #[test]
 fn output_folders_of_others_and_links_in_them_are_refused_before_anything_is_written() {
     let mission = Mission::new("theirs");

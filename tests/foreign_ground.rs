@@ -33,7 +33,7 @@ fn checked(mission: &Mission, words: &[&str]) -> Value {
     json(&mission.hopper(&words).output().unwrap())
 }
 
-/// P-DEM-FILL: the same warning in every command, and `--nodata` settles it.
+/// P-DEM-FILL. The same warning in every command, and `--nodata` settles it.
 #[test]
 fn every_command_warns_of_what_looks_like_nodata_until_it_is_settled() {
     let mission = Mission::new("fill");
@@ -77,7 +77,8 @@ fn every_command_warns_of_what_looks_like_nodata_until_it_is_settled() {
     assert!(stderr(&refused).contains("--nodata needs a scenario with truth.terrain.elevation_file"));
 }
 
-/// P-DEM-UNITS: commands say what was converted, and fly over no cell that a mask leaves out.
+/// P-DEM-MASK.
+/// P-DEM-UNITS. Commands print what was converted, and fly over no masked cell.
 #[test]
 fn commands_say_what_was_converted_and_leave_masked_cells_out() {
     let mission = Mission::new("unit");
@@ -99,7 +100,8 @@ fn commands_say_what_was_converted_and_leave_masked_cells_out() {
     assert_eq!(check["impassable_share"].as_f64().unwrap(), 0.15);
 }
 
-/// P-DEM-CONVERT.
+/// P-DEM-CONVERT: With `--convert`, a format that is not supported is converted by one printed
+/// command of GDAL; without it, the refusal prints the command.
 // Long: one program stands in for GDAL, and is called again for each change.
 #[test]
 fn a_format_that_is_not_read_is_converted_by_one_printed_command() {
@@ -176,7 +178,7 @@ fn a_format_that_is_not_read_is_converted_by_one_printed_command() {
     assert!(stderr(&refused).contains("P.LBL"), "{}", stderr(&refused));
 }
 
-/// P-DEM-FILL: every command refuses or warns alike where the part that is flown is nothing but fill.
+/// P-DEM-FILL. All commands refuse or warn alike if the part that is flown is nothing but fill.
 #[test]
 fn every_command_refuses_a_middle_of_nothing_but_fill() {
     let mission = Mission::new("middle");
@@ -202,7 +204,8 @@ fn every_command_refuses_a_middle_of_nothing_but_fill() {
     assert!(told(&mission, &["terrain", "check", "dem.tif"]).contains("-9999 looks like nodata"));
 }
 
-/// P-DEM-FILL: what is dropped, and a value that no cell holds, are said in every command; ground too steep names its file.
+/// P-DEM-FILL. Every command reports dropped cells and a nodata value that no cell holds; the error
+/// about steep ground names the file.
 #[test]
 fn every_command_says_what_is_dropped_and_what_no_cell_holds() {
     let mission = Mission::new("dropped");

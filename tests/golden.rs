@@ -1,6 +1,6 @@
 //! What every built-in scenario came to before the structure changed: scenario hash, digest, map and routes, bit for bit.
 //!
-//! `cargo test --release --test tests golden:: -- --nocapture` prints the table as it is now, whatever it should be.
+//! `cargo test --test tests golden:: -- --nocapture` prints the table as it is now, whatever it should be.
 //!
 //! A scenario's hash begins every digest chain, so it changes every digest when the text of a scenario does. The column
 //! `chain` begins at zero: it pins down what was executed, and nothing of how a scenario is written.
@@ -91,7 +91,9 @@ fn row(name: &str, profile: Profile, planner: &str, seed: u64, dem: &std::path::
     )
 }
 
-/// P-GOLDEN: no change of structure changes a result.
+/// P-GOLDEN: No change of structure changes a result: every built-in scenario keeps its scenario
+/// hash, digest, map and routes bit for bit, and the chain of executed decisions that is begun
+/// without the scenario's hash.
 #[test]
 fn every_built_in_scenario_has_the_digest_the_map_and_the_routes_it_had() {
     let folder = tempfile::tempdir().unwrap();

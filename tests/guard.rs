@@ -22,7 +22,8 @@ fn scenario(mission: &Mission, guard: &str) -> String {
     file.to_string_lossy().into_owned()
 }
 
-/// P-FALLBACK-FLOWN: whatever planners and hopper-sim live through, what the fallback did is in the journal.
+/// P-FALLBACK-FLOWN: A live mission whose planner is gone is continued by the fallback, and
+/// lockstep repeats it.
 #[test]
 fn a_mission_whose_planner_is_gone_is_flown_on_by_the_fallback_and_repeated_by_lockstep() {
     let mission = Mission::new("fallback");
@@ -56,7 +57,8 @@ fn a_mission_whose_planner_is_gone_is_flown_on_by_the_fallback_and_repeated_by_l
     assert_eq!(again["fallbacks"], summary["fallbacks"]);
 }
 
-/// P-VETO-FLOWN: a hop off the map under a lawful term is refused, told and journaled, and the hopper stays.
+/// P-VETO-FLOWN: In a live mission, a hop off the map under a valid term is vetoed, reported and
+/// journalled.
 #[test]
 fn a_planner_that_hops_off_the_map_is_vetoed_told_so_and_journaled() {
     let mission = Mission::new("veto");

@@ -18,7 +18,8 @@ fn refuses(words: &[&str], code: i32, says: &[&str]) {
     );
 }
 
-/// P-FLAGS: flags.
+/// P-FLAGS: Bad flags are usage errors, and problems that only the monitor would find are reported
+/// before anything flies.
 #[test]
 fn bad_flags_are_usage_errors() {
     refuses(&["run", "--planner", "teleport"], 2, &["teleport", "mdp"]);
@@ -38,7 +39,7 @@ fn bad_flags_are_usage_errors() {
     refuses(&["journal", "verify", file.path().to_str().unwrap()], 2, &["a journal is a folder"]);
 }
 
-/// P-FLAGS: what only the monitor would find out is told before anything flies.
+/// P-FLAGS. Problems that only the monitor would find are reported before anything flies.
 #[test]
 fn a_recording_or_a_page_that_cannot_be_made_is_a_usage_error() {
     refuses(&["run", "--record", "no/such/folder/x.mcap"], 2, &["no/such/folder", "create it first"]);
@@ -47,7 +48,7 @@ fn a_recording_or_a_page_that_cannot_be_made_is_a_usage_error() {
     refuses(&["run", "--web", &address], 2, &[&address, "choose another port, or 0"]);
 }
 
-/// P-SCENARIO: scenarios missing, cut short, of the wrong type, or out of range.
+/// P-SCENARIO: Bad scenarios are refused, and the error names the field.
 #[test]
 fn bad_scenarios_are_refused_by_name() {
     let dir = tempfile::tempdir().unwrap();
@@ -66,8 +67,8 @@ fn bad_scenarios_are_refused_by_name() {
     refuses(&["scenario", "check", path], 2, &["bad.toml"]);
 }
 
-/// P-SCENARIO-LIMITS: what is too long, too deep, too much or without end is refused by name before memory or
-/// time goes into it.
+/// P-SCENARIO-LIMITS: Scenarios that are too long, too deep, too large or endless are refused, and
+/// the error names the limit.
 #[test]
 fn scenarios_beyond_a_limit_are_refused_by_the_limits_name() {
     let dir = tempfile::tempdir().unwrap();
@@ -123,7 +124,7 @@ fn a_log_filter_that_is_none_is_named_and_a_wait_names_who_lives() {
     assert!(text.contains("\"nobody-home\" is not running"), "{text}");
 }
 
-/// P-TERRAIN: elevation models missing, cut short, or of another kind.
+/// P-TERRAIN: Bad elevation models are refused, and the error names the problem.
 #[test]
 fn bad_elevation_models_are_refused_by_name() {
     let dir = tempfile::tempdir().unwrap();
@@ -149,7 +150,8 @@ fn bad_elevation_models_are_refused_by_name() {
     }
 }
 
-/// P-OUT: an output folder that cannot be made.
+/// P-OUT: An output directory that cannot be created, or that belongs to another mission, is
+/// refused and left as it was.
 #[test]
 fn an_output_folder_that_cannot_be_made_is_refused() {
     let dir = tempfile::tempdir().unwrap();
@@ -159,7 +161,8 @@ fn an_output_folder_that_cannot_be_made_is_refused() {
     refuses(&["run", "--lockstep", "--out", inside.to_str().unwrap()], 2, &["--out"]);
 }
 
-/// P-PIPE: a closed standard output is an error, not a panic.
+/// P-PIPE: A closed or full standard output, a terminal without abilities and an empty environment
+/// cause no panic, no escape sequence and no bare error number.
 #[test]
 fn a_closed_standard_output_is_no_panic() {
     let (reader, writer) = std::io::pipe().unwrap();

@@ -16,7 +16,8 @@ fn journal_file(mission: &Mission) -> std::path::PathBuf {
     mission.journal().join("hops.journal")
 }
 
-/// P-FINISHED: started on a finished journal, it serves the end and exits with the outcome.
+/// P-FINISHED: A finished journal is served to late peers; with no peers, serving ends after the
+/// linger time.
 #[test]
 fn a_finished_journal_is_served_to_late_comers() {
     let mut mission = Mission::new("finished");
@@ -32,7 +33,7 @@ fn a_finished_journal_is_served_to_late_comers() {
     mission.assert_nothing_left();
 }
 
-/// P-FINISHED: with nobody there it lingers and ends all the same.
+/// P-FINISHED. Without peers hopper-sim serves the end for the linger time and exits.
 #[test]
 fn a_finished_journal_with_nobody_there_ends_after_its_linger() {
     let mission = Mission::new("alone");
@@ -41,7 +42,8 @@ fn a_finished_journal_with_nobody_there_ends_after_its_linger() {
     assert_eq!(sim.code(), 0, "{}", sim.log());
 }
 
-/// P-FOREIGN: a journal of another seed, scenario or profile is refused, naming field, need and got.
+/// P-FOREIGN: A journal of another mission is refused, and the error names the field, what was
+/// needed and what was found.
 #[test]
 fn a_foreign_journal_is_refused_by_name() {
     let mission = Mission::new("foreign");
@@ -57,7 +59,8 @@ fn a_foreign_journal_is_refused_by_name() {
     }
 }
 
-/// P-TORN: a torn tail is cut, and the mission goes on to the undisturbed digest.
+/// P-TORN: A torn tail of the journal is cut off, and the mission continues to the undisturbed
+/// digest.
 #[test]
 fn a_torn_journal_is_cut_and_resumed() {
     let whole = Mission::new("whole");
@@ -75,7 +78,8 @@ fn a_torn_journal_is_cut_and_resumed() {
     }
 }
 
-/// P-DAMAGE: damage before the tail is refused, by hopper-sim and by all that read a journal, with one exit code.
+/// P-DAMAGE: A journal that is damaged before its tail is refused, with one exit code by all that
+/// read it.
 #[test]
 fn a_damaged_journal_is_refused() {
     let mission = Mission::new("damaged");
@@ -98,7 +102,7 @@ fn a_damaged_journal_is_refused() {
     }
 }
 
-/// P-LOCK: a journal in use is refused, naming its holder.
+/// P-LOCK: A journal in use is refused, and the error names the process that holds it.
 #[test]
 fn a_journal_in_use_is_refused_naming_its_holder() {
     let mission = Mission::new("locked");
@@ -112,7 +116,7 @@ fn a_journal_in_use_is_refused_naming_its_holder() {
     let _ = hopper(&["doctor", "--clean", "--instance", &format!("{}-b", mission.name)]).output();
 }
 
-/// P-LOCKSTEP-FRESH: lockstep never writes behind another run's records.
+/// P-LOCKSTEP-FRESH: Lockstep never appends to another run's records.
 #[test]
 fn lockstep_refuses_a_folder_that_holds_a_journal() {
     let mission = Mission::new("again");
@@ -128,7 +132,7 @@ fn lockstep_refuses_a_folder_that_holds_a_journal() {
     assert!(std::fs::read(journal_file(&mission)).unwrap() == before);
 }
 
-/// P-VERIFY: verify and show give programs what they need.
+/// P-VERIFY: `journal verify` and `journal show` agree with the summary.
 #[test]
 fn verify_and_show_agree_with_the_summary() {
     let mission = Mission::new("verify");
@@ -147,7 +151,7 @@ fn verify_and_show_agree_with_the_summary() {
     assert_eq!(records.last().unwrap()["digest"], summary["digest"]);
 }
 
-/// P-OUT: another mission's folder is refused before anything in it is written over.
+/// P-OUT. A directory of another mission is refused before anything in it is overwritten.
 #[test]
 fn another_missions_folder_is_left_as_it_was() {
     let mission = Mission::new("theirs");
@@ -190,7 +194,7 @@ fn a_decision_on_a_wrong_map_is_found_though_the_digest_is_right() {
     assert!(stderr(&output).contains("wrong map"), "{}", stderr(&output));
 }
 
-/// P-NOT-SOUND: visits are in no digest, so the chain holds.
+/// P-NOT-SOUND. Visits are in no digest, so the digest chain of the changed journal still holds.
 #[test]
 fn whoever_reads_a_journal_that_is_not_sound_says_so_first() {
     let mission = Mission::new("unsound");
@@ -228,7 +232,8 @@ fn whoever_reads_a_journal_that_is_not_sound_says_so_first() {
     assert!(sim.log().contains("NOT SOUND") && sim.log().contains(told), "{}", sim.log());
 }
 
-/// P-JOURNAL-DRAW
+/// P-JOURNAL-DRAW: `hopper journal draw` draws a mission again at any decision, the last one as
+/// `hopper run` drew it.
 #[test]
 fn a_mission_is_drawn_again_as_it_was_and_at_any_decision() {
     let mission = Mission::new("drawn");

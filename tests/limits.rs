@@ -11,7 +11,8 @@ fn shell(mission: &Mission, script: &str) -> Output {
     command.env("HOPPER", harness::program("hopper")).env_remove("HOPPER_INSTANCE").output().unwrap()
 }
 
-/// P-STACK: a stack that a mission might overflow is refused with both sizes, and one that is not refused is enough.
+/// P-STACK: A stack that is too small for a mission is refused at the start, with the sizes needed
+/// and available.
 #[test]
 fn a_stack_that_is_too_small_is_refused_with_the_sizes() {
     let mission = Mission::new("stack");
@@ -27,7 +28,8 @@ fn a_stack_that_is_too_small_is_refused_with_the_sizes() {
     assert_eq!(json(&output)["digest"], lockstep(&["--seed", "82"])["digest"]);
 }
 
-/// P-SPAWN: with too little address space for another thread or process, the error says what could not be started.
+/// P-SPAWN. With too little address space for another thread or process, the error says what could
+/// not be started.
 #[test]
 fn a_process_or_thread_that_cannot_be_started_is_an_error_and_no_panic() {
     let mission = Mission::new("spawn");

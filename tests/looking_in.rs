@@ -37,7 +37,8 @@ fn underway(mission: &Mission) -> Vec<Process> {
     processes
 }
 
-/// P-TOPIC-LIST: every topic is listed with its type, its qualities and its processes.
+/// P-TOPIC-LIST: `topic list` names every topic with its type, its quality of service and its
+/// processes.
 #[test]
 fn every_topic_is_listed_with_its_counts() {
     let mission = Mission::new("list");
@@ -67,7 +68,8 @@ fn every_topic_is_listed_with_its_counts() {
     assert!(text.contains("hop/r0/state") && text.contains("processes"), "{text}");
 }
 
-/// P-TOPIC-ECHO: every topic is told typed, one JSON object a line, `--count` of them.
+/// P-TOPIC-ECHO: `topic echo` prints every topic as typed messages, one object per line, as many as
+/// `--count` says.
 #[test]
 fn every_topic_is_echoed_typed_one_object_a_line() {
     let mission = Mission::new("echo");
@@ -111,7 +113,7 @@ fn every_topic_is_echoed_typed_one_object_a_line() {
     assert_eq!(text.lines().filter(|line| line.contains("pose.cell.x=")).count(), 2, "{text}");
 }
 
-/// P-TOPIC-POLICY: who listens gets the policy behind the decision that is due.
+/// P-TOPIC-POLICY: A reader of the policy topic gets the policy behind the decision that is due.
 #[test]
 fn a_listener_gets_the_policy_behind_the_present_decision() {
     let mission = Mission::new("policy");
@@ -132,7 +134,7 @@ fn a_listener_gets_the_policy_behind_the_present_decision() {
     }
 }
 
-/// P-TOPIC-HZ: the rate of a topic, one line a second.
+/// P-TOPIC-HZ: `topic hz` measures the rate of a topic.
 #[test]
 fn the_rate_of_a_topic_is_measured() {
     let mission = Mission::new("rate");
@@ -146,7 +148,8 @@ fn the_rate_of_a_topic_is_measured() {
     }
 }
 
-/// P-TOPIC-REFUSE: an unknown topic is a usage error, an instance that does not come a missing peer.
+/// P-TOPIC-REFUSE: An unknown topic is a usage error; an instance that does not appear is a missing
+/// peer.
 #[test]
 fn unknown_topics_and_absent_instances_are_refused() {
     let mission = Mission::new("absent");
@@ -188,7 +191,7 @@ goal = [5, 4]
 hard = { intended = 1.0, stuck = 0.0, sideways = 0.0, flights = 1 }
 ";
 
-/// P-TOPIC-END: looking ends with the mission.
+/// P-TOPIC-END: The `topic` commands end with the mission.
 #[test]
 fn an_echo_ends_with_the_mission() {
     let mission = Mission::new("ending");
@@ -237,7 +240,8 @@ fn has_advice(report: &Value, part: &str) -> bool {
     report["advice"].as_array().unwrap().iter().any(|line| line.as_str().unwrap().contains(part))
 }
 
-/// P-DOCTOR: every role with process and version, the leader with its term, memory needed and free.
+/// P-DOCTOR: `doctor` names every role with process and version, the leader's term, and the shared
+/// memory needed and free.
 #[test]
 fn the_doctor_names_every_role_and_the_leader_and_the_memory() {
     let mission = Mission::new("healthy");
@@ -276,7 +280,7 @@ fn the_doctor_names_every_role_and_the_leader_and_the_memory() {
     }
 }
 
-/// P-DOCTOR-NEXT: what is missing, and the command that mends it.
+/// P-DOCTOR-NEXT. Doctor names what is missing, and the command that fixes it.
 #[test]
 fn the_doctor_says_who_is_missing_and_what_to_do_next() {
     let mission = Mission::new("missing");
@@ -305,7 +309,7 @@ fn the_doctor_says_who_is_missing_and_what_to_do_next() {
     diagnosis(&mission, "the silent one to be told", |report| has_advice(report, &hangs));
 }
 
-/// P-DOCTOR-CLEAN: what the killed left behind is told, and removed when asked.
+/// P-DOCTOR-CLEAN: Leftovers of killed processes are reported, and removed with `--clean`.
 #[test]
 fn leftovers_of_the_killed_are_told_and_cleaned() {
     let mut mission = Mission::new("leftover");
@@ -329,7 +333,8 @@ fn leftovers_of_the_killed_are_told_and_cleaned() {
     mission.assert_nothing_left();
 }
 
-/// P-DOCTOR-LIVE: cleaning touches nothing of an instance in which somebody lives, be others dead.
+/// P-DOCTOR-LIVE: `doctor --clean` touches nothing of an instance with a live process, even if
+/// other processes of it are dead.
 #[test]
 fn cleaning_leaves_a_live_mission_alone() {
     let mission = Mission::new("live");

@@ -38,7 +38,8 @@ fn without_planner_of_3(mission: &Mission, patience: &str) -> Process {
     run
 }
 
-/// P-MANNED-END: patience ends a mission of which one planner was given up; the log names its robot and the command.
+/// P-MANNED-END: When a planner of a team was given up, `--patience` ends the mission with exit
+/// code 1.
 #[test]
 fn a_team_that_lacks_one_planner_holds_no_longer_than_patience() {
     let mut mission = Mission::new("unmanned");
@@ -52,7 +53,8 @@ fn a_team_that_lacks_one_planner_holds_no_longer_than_patience() {
     mission.assert_nothing_left();
 }
 
-/// P-MANNED-HELP: the command of the hint brings the mission to its end, with the digest of lockstep.
+/// P-MANNED-HELP: The commands that `hopper run`, hopper-sim and doctor print for missing processes
+/// work as printed: the mission ends with the digest of lockstep.
 #[test]
 fn a_team_goes_on_with_the_planner_that_the_hint_names() {
     let mission = Mission::new("manned");
@@ -67,7 +69,8 @@ fn a_team_goes_on_with_the_planner_that_the_hint_names() {
     assert_eq!(run.json()["digest"], lockstep(&["--scenario", "coverage-8"])["digest"]);
 }
 
-/// P-MANNED: hopper-sim, doctor and the line of the wait name each robot that acts and has no planner.
+/// P-MANNED. hopper-sim, doctor and the log line of the wait name each acting robot without a
+/// planner.
 #[test]
 fn robots_without_a_planner_are_named_before_their_turn_comes() {
     let mission = Mission::new("alone");
@@ -111,7 +114,8 @@ fn follow(mission: &Mission, text: &str, before: &str) -> Process {
     Process::spawn(before, mission.hopper(&words), &mission.path(""))
 }
 
-/// P-MANNED-HELP: what doctor and hopper-sim advise, word for word, brings missions of each kind to their end.
+/// P-MANNED-HELP. The advice of doctor and hopper-sim, word for word, brings missions of each kind
+/// to their end.
 #[test]
 fn the_commands_that_doctor_and_hopper_sim_name_are_enough() {
     for scenario in ["hard", "coverage", "rover-helicopter", "hopper-scout"] {
@@ -150,7 +154,8 @@ fn the_commands_that_doctor_and_hopper_sim_name_are_enough() {
     }
 }
 
-/// P-MANNED-FALLBACK: a team that goes on by the fallback of its guard is not ended for want of a planner.
+/// P-MANNED-FALLBACK: A mission that continues by the fallback of its guard is not ended because a
+/// process is missing.
 #[test]
 fn a_team_with_a_fallback_goes_on_without_one_of_its_planners() {
     let mission = Mission::new("fallback");
@@ -170,7 +175,8 @@ fn a_team_with_a_fallback_goes_on_without_one_of_its_planners() {
     assert!(mission.decisions() > begun || sim.has_ended().is_some(), "{}", sim.log());
 }
 
-/// P-MANNED-UNDECIDED: a planner that lives and does not decide is named, with its robot and process.
+/// P-MANNED-UNDECIDED: A live planner that does not decide is named with its robot and process
+/// after 10 s, and again at intervals that double.
 #[test]
 fn a_planner_that_thinks_for_ever_is_named() {
     let mission = Mission::new("undecided");

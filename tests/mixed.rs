@@ -59,7 +59,9 @@ fn robots_with_commands(info: &Value, exported: &impl Fn(&[&str]) -> String) -> 
     robots
 }
 
-/// P-MIXED-RUN and P-BAG-ROBOTS: nine processes have the digest of lockstep, and all robots are in summary and picture.
+/// P-MIXED-RUN: A mission of six robots of all kinds, each with a planner process, has the digest
+/// of lockstep; summary, journal, timing and exports name the robot.
+/// P-BAG-ROBOTS.
 #[test]
 fn an_expedition_flown_live_has_the_digest_of_lockstep() {
     let mut mission = Mission::new("mixed");
@@ -111,7 +113,8 @@ fn an_expedition_flown_live_has_the_digest_of_lockstep() {
     mission.assert_nothing_left();
 }
 
-/// P-MIXED-PAST: `hopper view` of a past mission shows each robot with its own goal, and as done or stranded where it is.
+/// P-MIXED-PAST: A past mission of several robots shows each robot with its own goal, and as done
+/// or stranded where it is.
 #[test]
 fn a_past_mission_shows_how_each_robot_ended() {
     let robots = |scenario: &str| {
@@ -147,7 +150,8 @@ fn a_past_mission_shows_how_each_robot_ended() {
     assert_eq!(standings(&robots(stranded.to_str().unwrap())), [done, done, lost, done]);
 }
 
-/// P-MIXED-AT-ONCE: a mission in which robots have nothing to do is at its goal, by its summary, by its journal and repeated.
+/// P-MIXED-AT-ONCE: A mission whose robots have nothing to do is at its goal in its summary, in its
+/// journal and when repeated.
 #[test]
 fn a_mission_with_nothing_to_do_is_at_its_goal_wherever_it_is_shown() {
     let mission = Mission::new("mixed-at-once");
@@ -172,8 +176,9 @@ fn a_mission_with_nothing_to_do_is_at_its_goal_wherever_it_is_shown() {
     assert_eq!(history.progress().unwrap().status, Status::Goal);
 }
 
-/// P-MIXED-KILL: perception, hopper-sim and two planners are killed in flight and started again, and a hopper's planner is
-/// swapped for another.
+/// P-MIXED-KILL: In a mixed mission any process may be killed and restarted, a hopper's planner
+/// swapped, and a planner of another kind told to take over, which then stands by. The journal is
+/// that of lockstep.
 #[test]
 fn any_process_of_an_expedition_may_die_and_the_journal_is_that_of_lockstep() {
     let mission = Mission::new("mixed-kill");
@@ -214,7 +219,8 @@ fn any_process_of_an_expedition_may_die_and_the_journal_is_that_of_lockstep() {
     mission.assert_as_lockstep("journal");
 }
 
-/// P-MIXED-CREW: sixteen robots fly with a planner process each, one that stands by, and a monitor.
+/// P-MIXED-CREW: Sixteen robots, each with a planner process, fly live with a stand-by planner and
+/// a monitor, and the mission is that of lockstep.
 #[test]
 fn sixteen_robots_fly_with_a_planner_process_each() {
     let mut mission = Mission::new("sixteen");

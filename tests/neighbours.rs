@@ -54,7 +54,8 @@ fn refusals(mission: &Mission, foreign: &Foreign) -> Vec<String> {
     told.into()
 }
 
-/// P-BUILD: a process of another version, or of other messages, is refused with both named, exit code 4.
+/// P-BUILD: A process of another version, or with other messages, is refused with exit code 4, and
+/// the error names both builds.
 #[test]
 fn a_process_of_another_build_is_refused_with_both_versions_named() {
     let mut mission = Mission::new("build");
@@ -82,7 +83,10 @@ fn a_process_of_another_build_is_refused_with_both_versions_named() {
     mission.assert_nothing_left();
 }
 
-/// P-ELSEWHERE: a build that gives its folders another prefix would wait for us, and we for it, in vain: it is
+/// P-ELSEWHERE: A build that keeps the same instance under another prefix is refused, and the error
+/// names both directories.
+///
+/// A build that gives its folders another prefix would wait for us, and we for it, in vain: it is
 /// refused with both folders named.
 #[test]
 fn a_build_that_keeps_the_instance_under_another_prefix_is_refused() {
@@ -128,7 +132,8 @@ fn open_handed(mission: &Mission) -> Process {
     run
 }
 
-/// P-PRIVATE: shared memory, journal and output folder are their owner's alone, whatever the umask.
+/// P-PRIVATE: Shared memory, journal and output directory are accessible to their owner only,
+/// whatever the umask.
 #[test]
 fn every_file_of_a_mission_is_its_owners_alone() {
     let mission = Mission::new("private");
@@ -173,8 +178,8 @@ fn as_nobody(what: &str, words: &[&str]) -> Option<Output> {
     }
 }
 
-/// P-OTHER-USER: another user can read nothing of a mission, write nothing into it, join nothing, clean nothing
-/// away, and is told whose it is.
+/// P-OTHER-USER: Another user cannot read, write, join or remove a mission, and the error names its
+/// owner.
 #[test]
 fn another_user_can_neither_read_nor_inject() {
     let mission = Mission::new("other");
@@ -218,8 +223,8 @@ fn another_user_can_neither_read_nor_inject() {
     assert_eq!(harness::json(&output)["digest"], lockstep(&["--seed", "62"])["digest"]);
 }
 
-/// P-SQUAT: a folder that another user made where ours should be is refused with both users named, and left
-/// as it was, by the doctor too.
+/// P-SQUAT: A directory that another user created in place of ours is refused with both users
+/// named, and left untouched.
 #[test]
 fn a_folder_of_another_user_in_our_place_is_refused_and_left_alone() {
     let mission = Mission::new("squat");

@@ -112,7 +112,10 @@ impl Pairs {
     }
 }
 
-/// P-UNSEEN-IDLE: both profiles, treasures elsewhere too.
+/// P-UNSEEN-IDLE: Two truths that agree on everything observed so far lead to the same commands so
+/// far, whatever the planner.
+///
+/// In both profiles, also with treasures in other places.
 #[test]
 fn what_has_not_been_seen_changes_no_decision_of_any_planner() {
     for planner in planner::ALGORITHMS {
@@ -137,7 +140,8 @@ fn wide(profile: Profile, seed: u64) -> Mission {
     Mission { brief: Brief { run: RunId(1), ..world.brief }, terrain: world.terrain, seed, fleet: None }
 }
 
-/// P-UNSEEN-WIDE
+/// P-UNSEEN-WIDE: Unseen ground changes no decision on maps so wide that a landing takes several
+/// patches, in both profiles, with treasures.
 #[test]
 fn what_has_not_been_seen_changes_no_decision_on_ground_told_in_many_patches() {
     for planner in planner::ALGORITHMS {

@@ -44,7 +44,9 @@ fn published() -> Vec<Value> {
     packages().into_iter().filter(|package| package["publish"].is_null()).collect()
 }
 
-/// P-LIBRARIES
+/// P-LIBRARIES: Every published package has a name, description, README and keywords fit for a
+/// registry, and depends on published ones only; every library for users has an example, a doctest,
+/// and a row in docs/libraries.md.
 #[test]
 fn every_published_package_is_described_and_depends_on_published_ones() {
     let published = published();
@@ -74,7 +76,7 @@ fn every_published_package_is_described_and_depends_on_published_ones() {
     }
 }
 
-/// P-LIBRARIES: where a user begins.
+/// P-LIBRARIES. These are the libraries that a user starts from.
 #[test]
 fn every_library_has_an_example_and_a_doctest_and_is_listed() {
     let published = published();

@@ -106,7 +106,8 @@ fn content(frames: &[Frame]) -> (Vec<Value>, BTreeMap<i64, (i64, i64)>) {
     (hops, cells)
 }
 
-/// P-WEB-ACCOUNT: whoever watches from the start, reads slowly, or comes late has the same account.
+/// P-WEB-ACCOUNT: A reader that watches from the start, reads slowly or starts late gets the same
+/// history of hops and cells.
 #[test]
 fn an_account_begun_late_or_read_slowly_is_the_account_from_the_start() {
     the_account_is_the_same_for_all(&flown("treasures"));
@@ -198,7 +199,8 @@ fn sorted(mut cells: Vec<contract::Cell>) -> Vec<contract::Cell> {
     cells
 }
 
-/// P-WEB-WHY: the four values behind a hop are those of the planner's own model, and the best of them is its choice.
+/// P-WEB-WHY: The values of the four hops that the page shows are those of the planner's own model,
+/// and its choice is the best of them.
 #[test]
 fn the_reason_for_a_hop_is_the_planners_own() {
     let worlds =
@@ -417,8 +419,9 @@ impl Told {
     }
 }
 
-/// P-WEB-SPEEDS: the frames tell of every cell the expected speed and the spread that planners count with, under the prior, a
-/// reading of a camera that errs, and a speed that was seen; and all routes that were announced.
+/// P-WEB-SPEEDS: The page receives the expected speed and the spread of every cell, and all
+/// announced routes.
+/// P-SPEED-LAYER.
 #[test]
 fn the_frames_tell_the_expected_speed_of_every_cell_as_planners_count_with_it() {
     for accuracy in ["", "accuracy = 0.9"] {
@@ -427,7 +430,7 @@ fn the_frames_tell_the_expected_speed_of_every_cell_as_planners_count_with_it() 
         let told = Told::by(&frames, scouted.map.grid.cells());
         assert_eq!(told.codes.len(), scouted.map.grid.cells());
         let camera = helicopter::Sensor::with_accuracy(0.9).unwrap();
-        let camera = Some(&camera).filter(|_| !accuracy.is_empty());
+        let camera = if accuracy.is_empty() { None } else { Some(&camera) };
         let mut kinds = std::collections::BTreeSet::new();
         for (index, prior) in scouted.mission.terrain.prior.iter().enumerate() {
             let ground = scouted.map.cells()[index];
@@ -457,7 +460,8 @@ fn the_frames_tell_the_expected_speed_of_every_cell_as_planners_count_with_it() 
     }
 }
 
-/// P-PRIOR-ALONE: of a hopper that goes alone, and of rovers that cover ground, nobody asks for a prior or a route.
+/// P-PRIOR-ALONE: For a hopper alone, and for rovers that cover ground, no prior and no route is
+/// requested.
 #[test]
 fn nothing_is_asked_of_a_mission_without_routes() {
     for name in ["hard", "coverage"] {
@@ -471,8 +475,8 @@ fn nothing_is_asked_of_a_mission_without_routes() {
     }
 }
 
-/// P-WEB-PALETTE: one palette for page and pictures, so that whoever knows the one reads the other.
-/// P-CONTRAST: the rims of its symbols too.
+/// P-WEB-PALETTE: The page draws the map in the colours of the pictures.
+/// P-CONTRAST. The page draws its symbols with the same rims.
 #[test]
 fn the_page_draws_in_the_colours_of_the_pictures() {
     use report::picture::colour;
@@ -526,7 +530,8 @@ fn a_patrol_is_told_with_its_goals_and_the_visits_of_each_hop() {
     assert!(hops.iter().all(|row| row[12] == "planner" && row[13] == ""), "nothing was vetoed, nobody late");
 }
 
-/// P-WEB-PATCHES: on the largest map a landing costs a page what it reveals, not what the map holds.
+/// P-WEB-PATCHES: On a map of 821 × 821 cells a landing costs the page's stream only what it
+/// reveals.
 #[test]
 fn a_landing_on_the_largest_map_makes_small_frames() {
     let world = scenario::load("vast").unwrap().resolve().unwrap();
@@ -582,7 +587,7 @@ fn a_landing_on_the_largest_map_makes_small_frames() {
     assert!((x..x + i64::from(POLICY_SIDE_MAX)).contains(&i64::from(state.pose.cell.x)), "{x}");
 }
 
-/// P-WEB-SLOW: a client that takes nothing holds up neither the monitor nor another client.
+/// P-WEB-SLOW: A client that reads nothing blocks neither the monitor nor another client.
 #[test]
 fn a_client_that_reads_nothing_holds_up_nobody() {
     let flown = flown("hard");
@@ -622,8 +627,9 @@ fn a_client_that_reads_nothing_holds_up_nobody() {
     drop((deaf, reader));
 }
 
-/// P-WEB-ROOM: readers of policies and of the history, however many and however idle, take neither the page nor orders
-/// from the operator, whose key has places of its own.
+/// P-WEB-ROOM: Idle readers of policies and of the history take slots neither from the page's files
+/// nor from the operator's orders. Streams with the key have slots of their own, and may use those
+/// of streams without it.
 #[test]
 fn idle_readers_leave_room_for_the_page_and_for_orders() {
     let flown = flown("hard");
@@ -677,8 +683,8 @@ fn answer_to(address: std::net::SocketAddr, request: &str) -> (TcpStream, String
     (stream, String::from_utf8(line).unwrap().trim_end().to_owned())
 }
 
-/// P-WEB-SLOW-REQUESTS: of clients that send slowly, or not at all, or take no answer, there may be more than there are
-/// places: whole requests are answered, those of the operator and those of others.
+/// P-WEB-SLOW-REQUESTS: However many clients send a request slowly or not at all, or accept no
+/// answer, whole requests are answered at once, with and without the key.
 #[test]
 fn slow_clients_keep_nobody_out() {
     let flown = flown("hard");

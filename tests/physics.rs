@@ -56,7 +56,9 @@ fn airborne_ns(flight: &Value) -> u64 {
     (number(flight, "flight_time_s") * number(flight, "flights") * 1e9).round() as u64
 }
 
-/// P-FLIGHT: the paper's hop on the flat: 1 m far at 45°, 0.25 m high; half of both twice from sand.
+/// P-FLIGHT: The flight in the state has the speed, angle, apex and time of the closed form.
+///
+/// The paper's hop on the flat: 1 m far at 45°, 0.25 m high; half of both twice from sand.
 #[test]
 fn a_hop_on_the_flat_has_the_papers_apex_speed_and_time() {
     let mission = Mission::new("flat");
@@ -78,7 +80,7 @@ fn a_hop_on_the_flat_has_the_papers_apex_speed_and_time() {
     assert!(flights[0] >= 2 && flights[1] >= 1, "hops from hard ground and from sand: {flights:?}");
 }
 
-/// P-FLIGHT: over the paper's hills every arc is the parabola from launch to the landing aimed at.
+/// P-FLIGHT. Over the paper's hills every arc is the parabola from launch to the landing aimed at.
 #[test]
 fn every_hop_of_a_mission_is_a_parabola_to_the_landing_aimed_at() {
     for scenario in ["hard", "sandy"] {
@@ -113,7 +115,7 @@ fn every_hop_of_a_mission_is_a_parabola_to_the_landing_aimed_at() {
     }
 }
 
-/// P-REAL-PACE: at `--pace real` the next state is held back until the hop has flown.
+/// P-REAL-PACE: At `--pace real` the next state waits for the landing.
 #[test]
 fn in_real_time_the_next_state_waits_for_the_landing() {
     let mission = Mission::new("real");

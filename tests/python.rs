@@ -74,10 +74,12 @@ fn template(mission: &Mission) -> Process {
     Process::spawn("planner", command, &mission.path(""))
 }
 
-/// P-PYTHON: arrays, lockstep, errors, the solver; and a planner of 20 lines, killed and started again in a live mission, has
-/// the digest of lockstep.
-/// P-PYTHON-OWN: a scenario's own planners fly as the command does.
-/// P-OWN-UNSUITED: one that does not suit a mission is refused by name.
+/// P-PYTHON: A planner of 20 lines of Python, killed and restarted in a live mission, has the
+/// digest of the same planner in lockstep. Its arrays are read-only and hold what has been seen;
+/// the solver agrees with value iteration within its bound.
+/// P-PYTHON-OWN: `hopper.run` without a planner flies those that the scenario names, with the
+/// digest of the command line.
+/// P-OWN-UNSUITED. A Python planner that does not suit a mission is refused by name.
 #[test]
 fn a_python_planner_flies_live_as_in_lockstep() {
     if suites::is_left_out("python") {
@@ -108,7 +110,9 @@ fn a_python_planner_flies_live_as_in_lockstep() {
     assert_eq!((&verified["contiguous"], &verified["duplicates"]), (&true.into(), &0.into()));
 }
 
-/// P-PYTHON-HOSTILE: arguments that nothing can be are refused before anything moves, and no planner changes what a mission sees.
+/// P-PYTHON-HOSTILE: Invalid arguments to every function, method and property of the Python package
+/// raise an `Exception` before anything moves, and pipes and devices are not waited for. No planner
+/// can make the arrays that it is given writable.
 #[test]
 fn hostile_arguments_are_refused_and_nothing_moves() {
     if suites::is_left_out("python") {
@@ -118,7 +122,8 @@ fn hostile_arguments_are_refused_and_nothing_moves() {
     assert!(calls > 5000, "{calls} calls");
 }
 
-/// P-PYTHON-THREADS: environments, missions and the solver work in any thread, made anywhere, and in forked children.
+/// P-PYTHON-THREADS: Environments, missions and the solver of the Python package work in any
+/// thread, several at once, and in forked children; Ctrl-C ends them.
 #[test]
 fn everything_works_in_any_thread_and_in_forked_children() {
     if suites::is_left_out("python") {
@@ -127,7 +132,10 @@ fn everything_works_in_any_thread_and_in_forked_children() {
     told("check_threads.py", &[&templates()]);
 }
 
-/// P-PYTHON-COPIES: copies, pickles and snapshots of environments go on as the environments do.
+/// P-PYTHON-COPIES: Copies and pickles of environments, and environments restored from a snapshot,
+/// continue as the originals do and affect only themselves. All missions of an environment use the
+/// ground that it was made with, whatever happens to its files and the working directory, or are
+/// refused.
 #[test]
 fn copies_pickles_and_snapshots_go_on_as_the_environment_does() {
     if suites::is_left_out("python") {
@@ -136,7 +144,7 @@ fn copies_pickles_and_snapshots_go_on_as_the_environment_does() {
     told("check_copies.py", &[]);
 }
 
-/// P-PYTHON-NOTEBOOK: the notebook of the examples runs from top to bottom and shows its pictures.
+/// P-PYTHON-NOTEBOOK: The notebook of the examples runs from top to bottom and shows its pictures.
 #[test]
 fn the_notebook_runs_from_top_to_bottom() {
     if suites::is_left_out("python") {
@@ -147,8 +155,8 @@ fn the_notebook_runs_from_top_to_bottom() {
     assert_eq!((&shown["svg"], &shown["png"]), (&1.into(), &3.into()));
 }
 
-/// P-PYTHON-FORK: a child that a planner forks within `decide` ends with an error when it comes back, and the mission goes on
-/// with the parent.
+/// P-PYTHON-FORK: A child that a planner forks within `decide` ends with an error when it returns,
+/// and the mission continues with the parent.
 #[test]
 fn a_child_that_comes_back_from_decide_ends_and_the_mission_goes_on() {
     if suites::is_left_out("python") {
@@ -166,7 +174,8 @@ fn a_child_that_comes_back_from_decide_ends_and_the_mission_goes_on() {
     mission.assert_nothing_left();
 }
 
-/// P-QUANTECON: the solver's values are those of quantecon's policy iteration within the bound.
+/// P-QUANTECON: `hopper.solve` agrees with quantecon's policy iteration within its bound, on random
+/// worlds with slopes, sand and lost ground.
 #[test]
 fn the_solver_agrees_with_quantecon() {
     if suites::is_left_out("python") {
@@ -178,8 +187,8 @@ fn the_solver_agrees_with_quantecon() {
     assert!(count("worlds") == 20 && count("equal_hops") * 100 >= count("cells") * 99, "{read}");
 }
 
-/// P-PYTHON-HOLD: exceptions, wrong types and time-outs end in a message and a hold; no decision is lost. The journal and the
-/// recording are read back.
+/// P-PYTHON-HOLD: Exceptions, wrong types and time-outs in `decide` cause a message and a hold; no
+/// decision is lost, and journal and recording can be read.
 #[test]
 fn what_goes_wrong_in_decide_is_a_message_and_a_hold() {
     if suites::is_left_out("python") {
@@ -221,8 +230,10 @@ fn what_goes_wrong_in_decide_is_a_message_and_a_hold() {
     mission.assert_nothing_left();
 }
 
-/// P-GYM: gymnasium's checker passes, single and vector form agree, and the same seed and actions have the digest of lockstep
-/// and of a live mission.
+/// P-GYM: The environment passes gymnasium's checker; its vector form agrees with single
+/// environments and resets only those that `reset_mask` names; other options are refused; warnings
+/// point to the calling line; its planes are the observed map; and the same seed and actions have
+/// the digest of lockstep and of a live mission.
 #[test]
 fn an_environment_has_the_digest_of_the_live_mission() {
     if suites::is_left_out("python") {
@@ -237,8 +248,8 @@ fn an_environment_has_the_digest_of_the_live_mission() {
     mission.assert_nothing_left();
 }
 
-/// P-PETTINGZOO: pettingzoo's checks pass for the turn-by-turn and the parallel form, and the same actions have the digest of
-/// lockstep.
+/// P-PETTINGZOO: The environment of several rovers passes pettingzoo's checks in both forms, turn
+/// by turn and parallel, and the same actions have the digest of lockstep.
 #[test]
 fn an_environment_of_several_rovers_has_the_digest_of_lockstep() {
     if suites::is_left_out("python") {
@@ -248,7 +259,7 @@ fn an_environment_of_several_rovers_has_the_digest_of_lockstep() {
     assert_ne!(digests[0], digests[1]);
 }
 
-/// P-LEARN: rewards and observations suffice to learn how to cross a map.
+/// P-LEARN: A learner in NumPy learns to cross `hard` from rewards alone.
 #[test]
 fn a_learner_in_numpy_learns_to_cross_hard_ground() {
     if suites::is_left_out("python") {
@@ -260,7 +271,8 @@ fn a_learner_in_numpy_learns_to_cross_hard_ground() {
     assert!(share("first") < 0.7 && share("learned") > 0.95, "{learned}");
 }
 
-/// P-PYTHON-STOP: a signal ends a planner within `decide`, and nothing is commanded that it did not choose.
+/// P-PYTHON-STOP: A signal interrupts a planner within `decide`, and no action is commanded that it
+/// did not choose.
 #[test]
 fn a_signal_interrupts_decide_and_nothing_is_commanded() {
     if suites::is_left_out("python") {

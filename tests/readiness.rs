@@ -115,7 +115,8 @@ impl Drop for Slow {
 /// The number of the system call, as the kernel shows it.
 const WRITE: &str = if cfg!(target_arch = "x86_64") { "1" } else { "64" };
 
-/// P-READY: a signal that comes with the word that a program is ready ends it in order.
+/// P-READY: Every program watches signals before it reports that it is ready; a signal at that
+/// moment ends it in order.
 #[test]
 fn every_program_watches_signals_before_it_says_that_it_is_ready() {
     if !Path::new("/proc/self/syscall").exists() {

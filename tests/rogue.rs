@@ -101,7 +101,10 @@ fn assert_nothing_moved(mission: &Mission, seed: &str) {
     }
 }
 
-/// P-ROGUE: a stale or leaping term, a repeated or future decision, a wrong run or robot: refused, counted.
+/// P-ROGUE: Commands out of turn from a rogue process are refused, counted by reason, and move
+/// nothing.
+///
+/// A stale or leaping term, a repeated or future decision, a wrong run or robot: refused, counted.
 #[test]
 fn commands_out_of_turn_are_refused_by_name_and_nothing_moves() {
     let mission = Mission::new("turn");
@@ -162,7 +165,10 @@ fn commands_out_of_turn_are_refused_by_name_and_nothing_moves() {
     assert_nothing_moved(&mission, "41");
 }
 
-/// P-ROGUE-FIELDS: unknown tags, zeros and numbers out of range are refused as malformed.
+/// P-ROGUE-FIELDS: Commands with impossible fields are refused as malformed, counted, and move
+/// nothing.
+///
+/// Unknown tags, zeros and numbers out of range are refused as malformed.
 #[test]
 fn commands_with_impossible_fields_are_refused_as_malformed_and_nothing_moves() {
     let mission = Mission::new("fields");
@@ -214,7 +220,8 @@ fn commands_with_impossible_fields_are_refused_as_malformed_and_nothing_moves() 
     assert_nothing_moved(&mission, "42");
 }
 
-/// P-ROGUE-BEAT: heartbeats that are broken, or of nobody, neither crash nor stall anyone.
+/// P-ROGUE-BEAT: Rogue heartbeats neither crash nor stall any process, and a forged one cannot
+/// silence a live process.
 #[test]
 fn rogue_heartbeats_crash_and_stall_nobody() {
     let mission = Mission::new("beats");
@@ -262,8 +269,8 @@ fn rogue_heartbeats_crash_and_stall_nobody() {
     }
 }
 
-/// P-OLD-PLANNER: a planner of an older release, whose build did not know how to refuse, is told with both
-/// versions, and not heard, though its commands would be in turn.
+/// P-OLD-PLANNER: A planner of a release too old to check builds is reported with both versions,
+/// and its commands are ignored.
 #[test]
 fn a_planner_of_an_older_release_is_told_with_both_versions_and_not_heard() {
     let mission = Mission::new("older");
@@ -375,8 +382,8 @@ fn forged_page(honest: &MapPatch, request: &MapRequest) -> MapPage {
     }
 }
 
-/// P-ROGUE-MAP: patches and pages of NaN, off the map or that do not add up are refused by every reader, patches
-/// out of sequence are cleared up by pages, and the mission goes on.
+/// P-ROGUE-MAP: Patches and pages with NaN, cells off the map or wrong sums are refused and
+/// counted; patches out of sequence are resolved by pages; the mission continues.
 #[test]
 fn rogue_patches_and_pages_are_refused_and_the_mission_flies_on() {
     let mission = Mission::new("nan");
@@ -440,8 +447,8 @@ fn rogue_patches_and_pages_are_refused_and_the_mission_flies_on() {
     }
 }
 
-/// P-ONE-MAP: beside the crew nobody else can write the brief, the state or the map, nor serve the past, the truth or
-/// the snapshot: each has one writer.
+/// P-ONE-MAP: Brief, state and map have one writer each, and past, truth and snapshot one server; a
+/// second is refused by name.
 #[test]
 fn a_second_writer_of_what_has_one_is_refused_by_name() {
     let mission = Mission::new("maps");
@@ -484,8 +491,8 @@ fn settle(rogue: &mut Rogue, marker: CommandV3) -> u64 {
     markers
 }
 
-/// P-ROGUE-EXTREMES: every field of every message that a rogue can send beside a crew (commands, heartbeats,
-/// policies, requests of all three kinds) at every extreme moves nothing, and hopper-sim counts what it refuses.
+/// P-ROGUE-EXTREMES: A rogue that sends every message it can (commands, heartbeats, policies,
+/// requests) with every field at every extreme moves nothing, and is counted.
 // Long: one mission serves every message in turn.
 #[test]
 fn every_field_at_every_extreme_moves_nothing_and_is_counted() {
@@ -573,8 +580,7 @@ fn every_field_at_every_extreme_moves_nothing_and_is_counted() {
     }
 }
 
-/// P-ROGUE-SIM: a rogue in hopper-sim's place, that tells every field of brief and state at every extreme, ends nobody;
-/// its successor flies the mission.
+/// P-ROGUE-SIM: A rogue in place of hopper-sim ends no process, whatever brief and state it sends.
 #[test]
 fn a_rogue_in_the_place_of_hopper_sim_ends_nobody() {
     let mission = Mission::new("impostor");

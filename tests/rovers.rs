@@ -3,7 +3,8 @@
 use crate::harness::{Mission, json, leaders, lockstep, stderr};
 use rustix::process::Signal;
 
-/// P-COVER-RUN: four and eight rovers, one planner process each, have the digest of lockstep.
+/// P-COVER-RUN: Missions of four and of eight rovers, each with a planner process, have the digest
+/// of lockstep.
 #[test]
 fn rovers_flown_live_have_the_digest_of_lockstep() {
     for (scenario, rovers) in [("coverage", 4), ("coverage-8", 8)] {
@@ -20,7 +21,9 @@ fn rovers_flown_live_have_the_digest_of_lockstep() {
     }
 }
 
-/// P-COVER-KILL: perception, a planner and hopper-sim are killed and started again; two robots share a planner.
+/// P-COVER-KILL: Any process of a team of rovers may be killed and restarted, and two rovers may
+/// share a planner. The journal is that of lockstep, and planners that were not killed keep their
+/// lead.
 #[test]
 fn any_process_of_a_team_may_die_and_the_journal_is_that_of_lockstep() {
     let mission = Mission::new("team-kill");
@@ -51,7 +54,8 @@ fn any_process_of_a_team_may_die_and_the_journal_is_that_of_lockstep() {
     mission.assert_as_lockstep("journal");
 }
 
-/// P-COVER-TAKEOVER: the planner of one robot is swapped live, and the others' goes on.
+/// P-COVER-TAKEOVER: In a live mission the planner of one rover can be swapped while the planner of
+/// the others carries on.
 #[test]
 fn the_planner_of_one_robot_is_swapped_live() {
     let mission = Mission::new("team-swap");
@@ -72,7 +76,8 @@ fn the_planner_of_one_robot_is_swapped_live() {
     mission.assert_as_lockstep("journal");
 }
 
-/// P-COVER-UNSUITED: planners of hoppers and of rovers are refused for each other's missions, with those that suit.
+/// P-COVER-UNSUITED: If a planner does not suit the mission's task, the error names those that do:
+/// `hopper run` refuses it, and a planner process waits for another mission.
 #[test]
 fn a_planner_that_does_not_suit_the_mission_is_refused_by_name() {
     let mission = Mission::new("unsuited");

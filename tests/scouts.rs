@@ -7,7 +7,7 @@ const KILLS: [u64; 4] = [5, 20, 60, 95];
 
 const SCENARIO: [&str; 2] = ["--scenario", "rover-helicopter"];
 
-/// P-SCOUT-RUN: five processes have the digest of lockstep, with the planners that the scenario names and with others.
+/// P-SCOUT-RUN: A rover and a helicopter, each with a planner process, have the digest of lockstep.
 #[test]
 fn a_rover_with_a_helicopter_flown_live_has_the_digest_of_lockstep() {
     for planner in [None, Some("ett_exact"), Some("scout_value")] {
@@ -30,7 +30,7 @@ fn a_rover_with_a_helicopter_flown_live_has_the_digest_of_lockstep() {
     }
 }
 
-/// P-SENSOR-RUN: the same with a camera that errs, whose readings go from the simulator to the map and on to the planners.
+/// P-SENSOR-RUN: A live mission whose helicopter has a camera that errs has the digest of lockstep.
 #[test]
 fn a_helicopter_that_errs_flies_live_as_in_lockstep() {
     let mut mission = Mission::new("scouts-err");
@@ -57,8 +57,8 @@ fn in_three_stages(mission: &Mission) -> std::path::PathBuf {
     path
 }
 
-/// P-STAGES-RUN: a mission of several stages, flown by processes each of which is killed and started again, has the digest and
-/// the journal of lockstep.
+/// P-STAGES-RUN: A mission of several stages whose processes are each killed and restarted has the
+/// digest and journal of lockstep.
 #[test]
 fn a_mission_of_several_stages_flies_live_as_in_lockstep() {
     let mission = Mission::new("scouts-stages");
@@ -74,14 +74,16 @@ fn a_mission_of_several_stages_flies_live_as_in_lockstep() {
     assert_eq!(deaths, [0, 0, 1, 2], "stages end at {ends:?}");
 }
 
-/// P-SCOUT-KILL: every process is killed once and started again, between the announcements and in flight.
+/// P-SCOUT-KILL: Any process of a mission of rover and helicopter may be killed and restarted; the
+/// journal is that of lockstep.
 #[test]
 fn any_process_of_rover_and_helicopter_may_die_and_the_journal_is_that_of_lockstep() {
     let mission = Mission::new("scouts-kill");
     mission.kill_each_of_two(&SCENARIO, "10", ["rrt_star_ett", "rrt_star_it"], [3, 8, 13, 20]);
 }
 
-/// P-SCOUT-TAKEOVER: the helicopter's planner is swapped live; the rover's goes on in its own term.
+/// P-SCOUT-TAKEOVER: In a live mission the helicopter's planner can be swapped while the rover's
+/// carries on in its own term.
 #[test]
 fn the_helicopters_planner_is_swapped_live_and_the_rovers_goes_on() {
     let mission = Mission::new("scouts-swap");
@@ -101,8 +103,8 @@ fn the_helicopters_planner_is_swapped_live_and_the_rovers_goes_on() {
     mission.assert_as_lockstep("journal");
 }
 
-/// P-SCOUT-UNSUITED: a rover told to fly and a helicopter told to drive keep the planner of their own, and other missions'
-/// planners are refused by name.
+/// P-SCOUT-UNSUITED: Planners that cannot plan for rover and helicopter are refused by name, and so
+/// are planners of rover and helicopter in other missions.
 #[test]
 fn planners_of_other_missions_are_refused_by_name() {
     let mission = Mission::new("scouts-unsuited");

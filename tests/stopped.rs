@@ -23,7 +23,8 @@ fn held_up(mission: &Mission, patience: &str) -> (Process, std::fs::File) {
     (run, lock)
 }
 
-/// P-HOLD-UP: whoever stops while it joins costs the others time, and no mission.
+/// P-HOLD-UP: A process that is stopped while it joins ends no other mission before `--patience`
+/// does; its number and command are named.
 #[test]
 fn a_mission_goes_on_once_nobody_is_in_the_way() {
     let mut mission = Mission::new("stopped");
@@ -37,7 +38,7 @@ fn a_mission_goes_on_once_nobody_is_in_the_way() {
     mission.assert_nothing_left();
 }
 
-/// P-HOLD-UP: patience ends the wait, and the log names who was in the way.
+/// P-HOLD-UP. Patience ends the wait, and the log names who was in the way.
 #[test]
 fn patience_ends_a_mission_whose_processes_cannot_join() {
     let mut mission = Mission::new("stopped-for-good");
@@ -50,7 +51,7 @@ fn patience_ends_a_mission_whose_processes_cannot_join() {
     mission.assert_nothing_left();
 }
 
-/// P-HOLD-UP: who stands in the way before the mission has begun is waited for as long.
+/// P-HOLD-UP. A process that is in the way before the mission begins is waited for equally long.
 #[test]
 fn a_mission_begins_once_nobody_is_in_the_way() {
     let mut mission = Mission::new("stopped-before");

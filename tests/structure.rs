@@ -4,6 +4,8 @@
 mod functions;
 #[path = "structure/imports.rs"]
 mod imports;
+#[path = "structure/promises.rs"]
+mod promises;
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -106,7 +108,9 @@ fn set(names: &[&str]) -> BTreeSet<String> {
     names.iter().map(|name| (*name).to_owned()).collect()
 }
 
-/// P-YARDSTICK: what reads the truth to plan or to judge is used where the truth is at hand anyway.
+/// P-YARDSTICK: Only lockstep and the regret of campaigns use the clairvoyant.
+///
+/// What reads the truth to plan or to judge is used where the truth is at hand anyway.
 #[test]
 fn only_lockstep_and_the_regret_of_campaigns_use_the_clairvoyant() {
     assert_eq!(dependents("hopper-clairvoyant"), set(&["hopper", "hopper-lockstep"]));
@@ -118,7 +122,7 @@ fn only_lockstep_and_the_regret_of_campaigns_use_the_clairvoyant() {
     }
 }
 
-/// P-NO-TRUTH.
+/// P-NO-TRUTH: The planner never depends on the truth.
 #[test]
 fn the_planner_never_depends_on_truth() {
     let known = linked("hopper-planner", &["--all-features"]);
@@ -136,7 +140,11 @@ fn the_planner_never_depends_on_truth() {
     assert!(declared.contains(request), "the truth is asked for otherwise");
 }
 
-/// P-MYOPIC: a planner for coverage gets what the rovers have sensed; the crate that it is in cannot name the ground.
+/// P-MYOPIC: A planner for coverage decides from what the rovers of its team have sensed, and
+/// cannot depend on other ground.
+///
+/// A planner for coverage gets what the rovers have sensed; the crate that it is in cannot name the
+/// ground.
 #[test]
 fn planners_for_coverage_never_depend_on_the_true_ground() {
     let known = linked("hopper-coverage", &["--all-features"]);
@@ -155,7 +163,7 @@ fn planners_for_coverage_never_depend_on_the_true_ground() {
     }
 }
 
-/// P-NO-PAPER.
+/// P-NO-PAPER: The library `campaign` names no paper and depends on nothing in `research/`.
 #[test]
 fn campaign_knows_no_paper() {
     // What `cargo metadata` says of every dependency, those of tests included.
@@ -189,7 +197,7 @@ fn perception_and_hopper_sim_never_depend_on_each_other_or_on_the_planner() {
     }
 }
 
-/// P-ONE-SHELL.
+/// P-ONE-SHELL: Only `crates/node` uses iceoryx2.
 #[test]
 fn only_node_uses_iceoryx2() {
     assert_eq!(dependents("iceoryx2"), set(&["hopper-node"]));
@@ -213,8 +221,11 @@ const HOSTS: [&str; 14] = [
     "tools/view",
 ];
 
-/// P-ENGINES: clippy refuses clocks, threads and sockets where an engine opts in, and unordered maps everywhere; see
-/// clippy.toml. An engine links nothing that has them.
+/// P-ENGINES: Engines use no clock, no port, no thread (except the solver's second) and no
+/// unordered map.
+///
+/// Clippy refuses clocks, threads and sockets where an engine opts in, and unordered maps
+/// everywhere; see clippy.toml. An engine links nothing that has them.
 #[test]
 fn engines_own_no_clock_no_port_no_thread_and_no_unordered_map() {
     let mut waived = BTreeSet::new();
@@ -319,40 +330,9 @@ fn what_the_default_mission_does_not_need_is_not_built_for_it() {
     }
 }
 
-#[test]
-fn every_promise_names_its_tests_and_every_test_its_promise() {
-    let promises = read("PROMISES.md");
-    let files: Vec<PathBuf> = EVERYWHERE.iter().flat_map(sources).collect();
-    let rows: Vec<&str> = promises.lines().filter(|line| line.starts_with("| P-")).collect();
-    assert!(rows.len() >= 40, "{} promises", rows.len());
-    let mut promised = BTreeSet::new();
-    for row in rows {
-        let cells: Vec<&str> = row.split('|').map(str::trim).collect();
-        let (id, names) = (cells[1], cells[3]);
-        assert!(promised.insert(id.to_owned()), "{id} is promised twice");
-        let names: Vec<&str> = names.split('`').skip(1).step_by(2).collect();
-        assert!(!names.is_empty(), "{id} names no test");
-        for name in names {
-            let (module, function) = name.split_once("::").expect("module::function");
-            let found = files.iter().any(|file| {
-                let path = file.to_string_lossy();
-                let here = path.ends_with(&format!("/{module}.rs")) || path.contains(&format!("/{module}/"));
-                here && read(file).contains(&format!("fn {function}("))
-            });
-            assert!(found, "{id} names {name}, which is no test");
-        }
-    }
-    let mut named = BTreeSet::new();
-    for line in files.iter().flat_map(|file| read(file).lines().map(str::to_owned).collect::<Vec<_>>()) {
-        if let Some(id) = line.trim_start().strip_prefix("/// P-") {
-            let end = id.find([':', '.', ' ']).unwrap_or(id.len());
-            named.insert(format!("P-{}", &id[..end]));
-        }
-    }
-    assert_eq!(promised, named, "promises and the ids that tests name");
-}
-
-/// P-SUPPLY-CHAIN: CI checks every dependency, and each advisory that it passes over has a reason and a date.
+/// P-SUPPLY-CHAIN: CI checks licences, sources and known vulnerabilities of every dependency with
+/// `cargo deny` where its database is available, and says so where it is not. Each advisory that is
+/// waived has a reason and a date.
 #[test]
 fn ci_checks_the_dependencies_and_every_waiver_has_a_reason() {
     assert!(
@@ -397,7 +377,11 @@ fn every_path_that_the_architecture_names_exists() {
     assert!(paths > 20, "ARCHITECTURE.md is a map of {paths} paths");
 }
 
-/// P-REGISTERED: what is not in the list is neither checked at start nor budgeted, simulated or shown by `hopper topic`.
+/// P-REGISTERED: Every message and request is in the list from which build id, memory budget,
+/// `hopper topic`, simulation and recording follow.
+///
+/// What is not in the list is neither checked at start nor budgeted, simulated or shown by `hopper
+/// topic`.
 #[test]
 fn every_message_is_in_the_list_that_everything_follows_from() {
     let declared = |declaration: &str| -> BTreeSet<String> {

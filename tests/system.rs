@@ -5,7 +5,10 @@ use rustix::process::Signal;
 
 const ROLES: [&str; 4] = ["sim", "perception", "planner", "monitor"];
 
-/// P-RUN: four processes have the digest of lockstep, and `hopper run` keeps its promises to programs.
+/// P-LOCKSTEP-MAPS: `journal verify --against-lockstep`, `--planners-from` and chaos compare the
+/// map of every decision with lockstep's, not only the digest.
+/// P-RUN: A mission of four processes has the digest of the same mission in lockstep, bit for bit,
+/// and its summary has the fields that programs rely on.
 #[test]
 fn four_processes_have_the_digest_of_lockstep() {
     for (scenario, profile) in [("hard", "paper-2023"), ("sandy", "hopper")] {
@@ -44,7 +47,7 @@ fn four_processes_have_the_digest_of_lockstep() {
     }
 }
 
-/// P-ORDER: the four may be started in any of the 24 orders.
+/// P-ORDER: The four processes may be started in any of the 24 orders.
 #[test]
 fn the_four_may_be_started_in_any_order() {
     let undisturbed = lockstep(&["--seed", "3"]);
@@ -90,7 +93,7 @@ fn permutations() -> Vec<[&'static str; 4]> {
     orders
 }
 
-/// P-INSTANCE: two instances on one machine never meet.
+/// P-INSTANCE: Two instances on one machine never meet.
 #[test]
 fn two_instances_never_meet() {
     let missions = [("1", Mission::new("apart")), ("2", Mission::new("apart"))];
@@ -110,7 +113,8 @@ fn two_instances_never_meet() {
     }
 }
 
-/// P-ONE-SIM: a second hopper-sim of an instance is refused, naming the holder.
+/// P-ONE-SIM: A second hopper-sim in an instance is refused, and the error names the process that
+/// holds the instance.
 #[test]
 fn a_second_hopper_sim_is_refused_naming_the_holder() {
     let mission = Mission::new("second");
@@ -121,7 +125,7 @@ fn a_second_hopper_sim_is_refused_naming_the_holder() {
     assert!(second.log().contains(&first.pid().to_string()), "{}", second.log());
 }
 
-/// P-WAIT: `--wait` gives up with exit code 4 and says for whom.
+/// P-WAIT: A process that waits in vain exits with code 4 and names the peer it waited for.
 #[test]
 fn a_process_that_waits_in_vain_gives_up_naming_whom_it_waited_for() {
     for (role, whom) in [("perception", "hopper-sim"), ("planner", "hopper-sim"), ("monitor", "hopper-sim")] {
@@ -136,7 +140,7 @@ fn a_process_that_waits_in_vain_gives_up_naming_whom_it_waited_for() {
     assert!(sim.log().contains("perception"), "{}", sim.log());
 }
 
-/// P-STAY: a peer told to stay serves the next mission too.
+/// P-STAY: A peer started with `--stay` serves the next mission too.
 #[test]
 fn peers_that_stay_serve_the_next_mission() {
     let mission = Mission::new("stay");
@@ -154,7 +158,7 @@ fn peers_that_stay_serve_the_next_mission() {
     }
 }
 
-/// P-HOLD: hopper-sim's exit code tells the outcome, and a hold is a decision that costs a step.
+/// P-HOLD: Standing still is a decision that costs a step.
 #[test]
 fn a_hopper_that_never_moves_ends_in_deadlock() {
     let mut mission = Mission::new("hold");
@@ -166,7 +170,8 @@ fn a_hopper_that_never_moves_ends_in_deadlock() {
     mission.assert_nothing_left();
 }
 
-/// P-INTERRUPT: interrupted, `hopper run` leaves neither process nor shared memory, and can be resumed.
+/// P-INTERRUPT: An interrupted run leaves no process and no shared memory, and resumes to the
+/// digest of an undisturbed run.
 #[test]
 fn an_interrupted_run_leaves_nothing_and_resumes() {
     let mut mission = Mission::new("interrupt");
@@ -190,7 +195,7 @@ fn an_interrupted_run_leaves_nothing_and_resumes() {
     mission.assert_nothing_left();
 }
 
-/// P-LIFELINE: when `hopper run` is killed outright, its children end by themselves.
+/// P-LIFELINE: If `hopper run` is killed outright, none of its child processes stays.
 #[test]
 fn a_run_that_is_killed_outright_leaves_no_child() {
     let mission = Mission::new("outright");
@@ -218,7 +223,7 @@ fn lives(pid: u32) -> bool {
         .is_ok_and(|stat| !stat.rsplit(')').next().unwrap_or("").trim_start().starts_with('Z'))
 }
 
-/// P-LOCKSTEP: lockstep needs no instance, and minds none that the environment names.
+/// P-LOCKSTEP: Lockstep needs no instance, and ignores one named by the environment.
 #[test]
 fn lockstep_minds_no_instance() {
     let dir = tempfile::tempdir().unwrap();

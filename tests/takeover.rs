@@ -25,7 +25,8 @@ fn assert_exactly_once(mission: &Mission, digest: &Value, words: &[&str]) {
     assert_eq!(&lockstep(&told)["digest"], digest, "saying which mission it is changes nothing");
 }
 
-/// P-SWAP: live swap both ways, repeated by lockstep bit for bit.
+/// P-SWAP: Planners can be swapped in flight, both ways: no hop is lost, none is executed twice,
+/// and lockstep repeats the mission.
 #[test]
 fn a_planner_is_swapped_live_both_ways() {
     for (first, second) in [("mdp", "greedy"), ("greedy", "mdp")] {
@@ -52,7 +53,7 @@ fn a_planner_is_swapped_live_both_ways() {
     }
 }
 
-/// P-STANDBY: a second planner stands by, and takes over when the leader is killed.
+/// P-STANDBY: A stand-by planner takes over when the leader is killed.
 #[test]
 fn a_stand_by_takes_over_when_the_leader_is_killed() {
     let mission = Mission::new("standby");
@@ -73,7 +74,7 @@ fn a_stand_by_takes_over_when_the_leader_is_killed() {
     assert_exactly_once(&mission, &summary["digest"], &words);
 }
 
-/// P-HANG: a stopped leader loses its term, wakes, and steps back without a hop of its own.
+/// P-HANG: A stopped leader is replaced, and steps back when it wakes.
 #[test]
 fn a_stopped_leader_is_relieved_and_steps_back_when_it_wakes() {
     let mission = Mission::new("stopped");
@@ -95,7 +96,7 @@ fn a_stopped_leader_is_relieved_and_steps_back_when_it_wakes() {
     assert_exactly_once(&mission, &summary["digest"], &words);
 }
 
-/// P-RIVALS: two planners at once: one commands, the other stands by.
+/// P-RIVALS: If two planners start at once, exactly one commands.
 #[test]
 fn of_two_planners_at_once_one_commands() {
     let mission = Mission::new("rivals");
@@ -111,7 +112,7 @@ fn of_two_planners_at_once_one_commands() {
     assert_exactly_once(&mission, &summary["digest"], &["--seed", "11"]);
 }
 
-/// P-TAKEOVER-ONCE: two planners told to take over do not fight for the term without end.
+/// P-TAKEOVER-ONCE: `--takeover` takes effect once per process.
 #[test]
 fn two_takeovers_do_not_fight_without_end() {
     let mission = Mission::new("fight");
@@ -130,7 +131,7 @@ fn two_takeovers_do_not_fight_without_end() {
     assert_exactly_once(&mission, &summary["digest"], &["--seed", "12"]);
 }
 
-/// P-SWAP-RUN: a planner joins a mission that `hopper run` started.
+/// P-SWAP-RUN: A planner can join a mission that `hopper run` started, and take it over.
 #[test]
 fn a_planner_takes_over_a_mission_of_hopper_run() {
     let mission = Mission::new("guest");

@@ -33,7 +33,8 @@ fn contents(dir: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
     files.map(|path| (path.clone(), fs::read(&path).unwrap())).collect()
 }
 
-/// P-REFUSED: what is refused a folder that is in use writes nothing into it, and reports nothing as flown.
+/// P-REFUSED: A run that is refused because its directory is in use exits with code 4, writes
+/// nothing there, and reports nothing as flown.
 #[test]
 fn a_run_that_is_refused_touches_nothing_of_a_live_mission() {
     let mission = Mission::new("refused");
@@ -70,7 +71,7 @@ fn a_run_that_is_refused_touches_nothing_of_a_live_mission() {
     assert_eq!(names(&by_hand.join("journal")), ["hops.journal"]);
 }
 
-/// P-LOCK-FILE: a second hopper-sim in another instance, with the lock file removed.
+/// P-LOCK-FILE. A second hopper-sim in another instance, with the lock file removed.
 #[test]
 fn a_second_simulator_is_refused_though_the_lock_file_is_gone() {
     let mission = Mission::new("unlocked");
@@ -84,7 +85,8 @@ fn a_second_simulator_is_refused_though_the_lock_file_is_gone() {
     assert!(second.log().contains(&format!("held by process {}", first.pid())), "{}", second.log());
 }
 
-/// P-RESUME-ONLY: a simulator that died is restarted on the journal of its run, or not at all.
+/// P-RESUME-ONLY: A hopper-sim that `hopper run` restarts resumes the journal of its run with all
+/// published decisions, or the mission ends with exit code 1. It never starts over.
 #[test]
 fn a_restarted_simulator_never_begins_its_run_anew() {
     type Tamper = fn(&Path, &[u8]);
@@ -143,8 +145,9 @@ fn first_record_end(journal: &[u8]) -> usize {
     frame_end(frame_end(frame_end(12)))
 }
 
-/// P-DISPLACED-LIVE: a running simulator holds at once when its journal is gone, replaced or cut, says so, and ends
-/// with code 1 when its patience does.
+/// P-DISPLACED-LIVE: A running hopper-sim whose journal is deleted, replaced or cut holds at once
+/// and says so once. If the file is put back it continues; when its patience ends, also after the
+/// mission's last decision, it exits with code 1 without a summary.
 #[test]
 fn a_simulator_whose_journal_goes_holds_says_so_and_gives_up() {
     type Tamper = fn(&Path);
@@ -174,7 +177,7 @@ fn a_simulator_whose_journal_goes_holds_says_so_and_gives_up() {
     }
 }
 
-/// P-DISPLACED-LIVE: the end of a mission is not reported without its journal either.
+/// P-DISPLACED-LIVE. The end of a mission is not reported if its journal is gone.
 #[test]
 fn a_finished_mission_without_its_journal_is_no_success() {
     let mission = Mission::new("nothing-to-show");
@@ -187,7 +190,8 @@ fn a_finished_mission_without_its_journal_is_no_success() {
     assert!(sim.log().contains("was deleted or moved away"), "{}", sim.log());
 }
 
-/// P-DISPLACED-LIVE: put back in time, the journal is gone on with to the undisturbed digest.
+/// P-DISPLACED-LIVE. If the journal is put back in time, the mission continues to the undisturbed
+/// digest.
 #[test]
 fn a_journal_that_is_put_back_is_gone_on_with() {
     let mut mission = Mission::new("put-back");
@@ -204,8 +208,8 @@ fn a_journal_that_is_put_back_is_gone_on_with() {
     mission.assert_nothing_left();
 }
 
-/// P-PAST-LOST: a past that cannot be read is said once, by hopper-sim and by whoever waits for it, and ends the
-/// mission when patience does.
+/// P-PAST-LOST: A past that cannot be served is reported once by hopper-sim and once by each
+/// process that asks for it, and ends the mission when patience does.
 #[test]
 fn a_past_that_cannot_be_served_is_said_once_and_ends() {
     let mission = Mission::new("no-past");
@@ -223,7 +227,7 @@ fn a_past_that_cannot_be_served_is_said_once_and_ends() {
     assert!(perception.log().lines().count() < 12, "{}", perception.log());
 }
 
-/// P-NOT-SOUND: a header that contradicts its scenario, with right checksums.
+/// P-NOT-SOUND. A header that contradicts its scenario, with right checksums.
 #[test]
 fn whoever_reads_a_journal_with_a_changed_header_says_so_first() {
     type Twist = fn(&mut hopper_sim::JournalHeader);

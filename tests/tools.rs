@@ -37,7 +37,8 @@ fn a_tool_gets_the_arguments_and_gives_its_exit_code() {
     assert!(String::from_utf8_lossy(&output.stdout).contains("Usage: hopper known"), "{output:?}");
 }
 
-/// P-STUDY-HANDED
+/// P-STUDY-HANDED: `hopper campaign` hands campaigns of studies to `hopper-research`, with the same
+/// arguments and exit codes.
 #[test]
 fn a_campaign_of_a_study_is_handed_to_the_program_that_flies_it() {
     program("hopper-research");

@@ -4,7 +4,7 @@ use std::process::Command;
 
 use crate::harness::{self, Mission, stderr};
 
-/// P-TUTORIAL: every command of the tutorial does what it says, in order.
+/// P-TUTORIAL: Every command of docs/tutorial.md does what the page says, in order.
 #[test]
 fn every_command_of_the_tutorial_runs() {
     let text = include_str!("../docs/tutorial.md");

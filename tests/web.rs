@@ -50,7 +50,10 @@ fn assert_is_there(folder: &Path, shots: &[&str]) {
     }
 }
 
-/// P-WEB-BROWSER: in a real browser a mission is paused, stepped, handed over, watched to its goal.
+/// P-WEB-BROWSER: In a real browser a mission is paused, stepped, sped up, handed over, hidden,
+/// reviewed and watched to its goal. The console stays clean, no other server is contacted, and
+/// nothing overflows a narrow window.
+/// P-CONTROL.
 #[test]
 fn a_mission_is_watched_and_controlled_in_a_real_browser() {
     if suites::is_left_out("page in a browser") {
@@ -142,7 +145,9 @@ fn post(address: &str, headers: &str, body: &str) -> String {
     ask(address, [head.as_bytes(), body.as_bytes()].concat().as_slice())
 }
 
-/// P-WEB-HOSTILE: a hostile host, path, method or payload gets nothing, and the mission does not notice.
+/// P-WEB-HOSTILE: A hostile host, path, method, head or payload gets nothing from the page, and the
+/// mission is not affected.
+/// P-WEB-REFUSALS.
 #[test]
 fn a_hostile_request_gets_nothing_and_moves_nothing() {
     let mission = Mission::new("hostile");
@@ -214,8 +219,8 @@ fn a_hostile_request_gets_nothing_and_moves_nothing() {
     }
 }
 
-/// P-WEB-LEAVE: without --control the page refuses every order, and so does a page that may, beside a hopper-sim
-/// that may not.
+/// P-WEB-LEAVE: Without `--control` the page refuses every order, and a hopper-sim without it obeys
+/// none.
 #[test]
 fn without_leave_every_order_is_refused() {
     let mission = Mission::new("leave");
@@ -249,8 +254,7 @@ fn without_leave_every_order_is_refused() {
     assert_eq!(run.code(), 130, "{}", run.log());
 }
 
-/// P-WEB-BEHIND: a page that fell behind what the monitor keeps finds its hops by their numbers; and looking back it
-/// shows the treasures of that moment.
+/// P-WEB-BEHIND: A page that fell behind what the monitor keeps finds its hops by their numbers.
 #[test]
 fn a_page_that_fell_behind_finds_its_hops_by_their_numbers() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
@@ -263,7 +267,8 @@ fn a_page_that_fell_behind_finds_its_hops_by_their_numbers() {
     assert!(output.status.success(), "{}", harness::stderr(&output));
 }
 
-/// P-WEB-PLACE: a page for which no place is left to read policies goes on without, and has them once one is free.
+/// P-WEB-PLACE: A page for which no slot is left to read policies works without them, and shows
+/// them once a slot is free.
 #[test]
 fn a_page_without_a_place_to_read_policies_goes_on_and_has_them_later() {
     if suites::is_left_out("page in a browser") {
@@ -303,8 +308,12 @@ fn a_page_without_a_place_to_read_policies_goes_on_and_has_them_later() {
     }
 }
 
-/// P-WEB-SPACE: 821 x 821 cells in space take at most 20 draw calls and 1.5 million triangles a frame. What the script of a frame
-/// takes is printed, not asserted: docs/measurements.md has the figures. `HOPPER_FRAMES` says how many frames.
+/// P-WEB-SPACE: In the view of the ground in space, 821 × 821 cells take at most 20 draw calls and
+/// 1.5 million triangles a frame.
+///
+/// 821 x 821 cells in space take at most 20 draw calls and 1.5 million triangles a frame. What the
+/// script of a frame takes is printed, not asserted: docs/measurements.md has the figures.
+/// `HOPPER_FRAMES` says how many frames.
 #[test]
 fn a_large_map_in_space_takes_few_draw_calls_and_triangles() {
     if suites::is_left_out("page in a browser") {
@@ -331,7 +340,8 @@ fn a_large_map_in_space_takes_few_draw_calls_and_triangles() {
     assert!(numbers[0] <= 20 && numbers[1] > 1_300_000 && numbers[1] <= 1_500_000, "{drawn}");
 }
 
-/// P-WEB-TEAM: several robots are on the page with a colour, a place and a row each.
+/// P-WEB-TEAM: The page shows each of several robots with its colour, place and turn; axe-core
+/// finds nothing, and nothing overflows a narrow window.
 #[test]
 fn several_robots_are_shown_on_the_page() {
     if suites::is_left_out("page in a browser") {
@@ -356,9 +366,9 @@ fn several_robots_are_shown_on_the_page() {
     assert_is_there(&shots, &["team"]);
 }
 
-/// P-WEB-LAYERS: over uncertain ground the page shows the expected speed first; its spread, visits and heights are a key and a
-/// choice away, each with its scale and unit. What is shown of a live mission flown as fast as can be, of its journal and of its
-/// recording is the same.
+/// P-WEB-LAYERS: Over uncertain ground the page shows the expected speed first; spread, visits and
+/// heights are a key away, with scale and unit. A live mission at full speed, its journal and its
+/// recording show the same.
 #[test]
 fn uncertain_ground_is_shown_by_its_expected_speed_and_its_spread() {
     if suites::is_left_out("page in a browser") {
@@ -435,8 +445,10 @@ fn fake_browser(mission: &Mission) -> (std::ffi::OsString, PathBuf) {
     (path, opened)
 }
 
-/// P-WEB-OPEN: what every user of this machine can read does not have the key: arguments of processes, and files.
-/// P-VIEW-INTERRUPTED: of what was interrupted `hopper view` says so.
+/// P-WEB-OPEN: `--open` gives the browser an address with a key in a file that only its owner can
+/// read, and no argument of a process contains the key.
+/// P-VIEW-INTERRUPTED: `hopper view` of a mission without an outcome says that it was interrupted,
+/// in log and page.
 #[test]
 fn the_key_is_in_no_argument_and_in_no_file_of_others() {
     use std::os::unix::fs::PermissionsExt as _;
@@ -493,8 +505,9 @@ fn the_key_is_in_no_argument_and_in_no_file_of_others() {
     assert_eq!(view.code(), 0, "{log}");
 }
 
-/// P-WEB-STAYS: the page of `hopper run` outlives the mission until Ctrl-C, with all of its history, and leaves the
-/// instance to the next mission; a past mission has the same page.
+/// P-WEB-STAYS: The page of `hopper run` outlives the mission with its whole history, until Ctrl-C,
+/// and leaves the instance to the next mission. `hopper view` shows the same page for a journal, an
+/// output directory or a recording.
 #[test]
 fn the_page_outlives_the_mission_and_a_past_one_has_the_same() {
     let mission = Mission::new("stays");
@@ -578,7 +591,7 @@ fn cells(frames: &[String]) -> std::collections::BTreeMap<i64, (i64, i64)> {
     cells
 }
 
-/// P-WEB-ADDRESS: an address that cannot be had is a usage error that says so.
+/// P-WEB-ADDRESS: An address that the page cannot use is a usage error that says so.
 #[test]
 fn an_address_that_cannot_be_had_is_a_usage_error() {
     let taken = std::net::TcpListener::bind("127.0.0.1:0").unwrap();

@@ -5,8 +5,8 @@ use hopper_sim::JournalReader;
 
 const WORDS: [&str; 4] = ["--scenario", "wide", "--seed", "3"];
 
-/// P-WIDE: over 200 x 200 cells four processes have the digest of lockstep, and tell where the time of each
-/// step went.
+/// P-WIDE: On 200 × 200 cells four processes reach the digest of lockstep, and every step is timed
+/// from landing to command.
 #[test]
 fn a_wide_world_is_crossed_with_the_digest_of_lockstep_and_every_step_timed() {
     let mut mission = Mission::new("wide");
@@ -47,8 +47,7 @@ fn a_wide_world_is_crossed_with_the_digest_of_lockstep_and_every_step_timed() {
     mission.assert_nothing_left();
 }
 
-/// P-WIDE-LATE: planners that come late, and a perception that is killed, hold the whole map again before
-/// anybody decides: the digest is that of lockstep.
+/// P-WIDE-LATE: Late planners and a killed perception leave the digest of a wide world unchanged.
 #[test]
 fn late_planners_and_a_killed_perception_leave_the_digest_of_a_wide_world() {
     let mission = Mission::new("wide-late");
@@ -77,7 +76,7 @@ fn in_lockstep() -> serde_json::Value {
     lockstep(&[&["--planner", "astar"], &WORDS[..]].concat())
 }
 
-/// P-ROOM-VAST: a mission over 821 x 821 cells needs less than 256 MB of shared memory, whatever it has seen.
+/// P-ROOM-VAST: A mission over 821 x 821 cells needs less than 256 MB of shared memory.
 #[test]
 fn a_vast_mission_needs_less_than_256_mb_of_shared_memory() {
     let mission = Mission::new("vast");

@@ -63,7 +63,7 @@ struct Solve {
 enum WorldKind {
     /// The goal is worth reaching.
     Plain,
-    /// The same with the goal well inside.
+    /// The goal is worth reaching, and lies well inside the map.
     Inner,
     /// Lingering on a hill pays more than the goal.
     Trap,

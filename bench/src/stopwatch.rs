@@ -33,7 +33,10 @@ pub fn repeat<T>(kept: bool, mut solve: impl FnMut(Option<T>) -> T) -> (Times, T
     let mut last = Some(first);
     let begin = Instant::now();
     while times.wall_s.is_empty() || (begin.elapsed() < LONG_ENOUGH && times.wall_s.len() < SOLVES_MAX) {
-        let before = last.take().filter(|_| kept);
+        let mut before = last.take();
+        if !kept {
+            before = None;
+        }
         let (wall_s, processor_s, result) = measure(|| solve(before));
         times.wall_s.push(wall_s);
         times.processor_s.push(processor_s);

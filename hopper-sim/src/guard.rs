@@ -104,7 +104,7 @@ impl<'a> Guard<'a> {
     /// The ground of `cell`, if the sensor sees it from here.
     fn seen(&self, cell: Cell) -> Option<&'a Ground> {
         let reach_cells = self.brief.sensor_of(self.robot).reach_cells(&self.brief.grid, self.pose.height_m);
-        self.terrain.ground(cell).filter(|_| cell.distance_cells(self.pose.cell) <= reach_cells)
+        if cell.distance_cells(self.pose.cell) <= reach_cells { self.terrain.ground(cell) } else { None }
     }
 
     /// The ground under the hopper as the observed map has it: its neighbours are seen, so the gradient is

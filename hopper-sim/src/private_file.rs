@@ -127,7 +127,10 @@ pub fn lock_holder(file: &File) -> Option<u32> {
     fs::read_to_string("/proc/locks").ok()?.lines().find_map(|line| {
         let words: Vec<&str> = line.split_whitespace().collect();
         let holds = words.get(1) == Some(&"FLOCK") && words.get(5) == Some(&place.as_str());
-        words.get(4).filter(|_| holds)?.parse().ok().filter(|pid| *pid != 0)
+        if !holds {
+            return None;
+        }
+        words.get(4)?.parse().ok().filter(|pid| *pid != 0)
     })
 }
 

@@ -132,8 +132,9 @@ pub struct HopperSim<P: Ports, R: RecordStore, O: FnMut(&Record)> {
     commands: Vec<P::Reader<Command>>,
     /// One for each robot where robots have routes.
     announcements: Vec<P::Reader<Announcement>>,
-    /// Where robots have routes; so is the next.
+    /// Serves announced routes, in a mission that has routes.
     routes: Option<P::Server<RouteRequest>>,
+    /// Serves the prior, in a mission over uncertain ground.
     priors: Option<P::Server<PriorRequest>>,
     controls: P::Reader<Control>,
     pacings: P::Writer<Pacing>,
@@ -199,10 +200,11 @@ impl<P: Ports, R: RecordStore, O: FnMut(&Record)> HopperSim<P, R, O> {
             states: ports.writer(ROBOT)?,
             teams: arbiter.team().map(|_| ports.writer(ROBOT)).transpose()?,
             commands: robots.clone().map(|robot| ports.reader(robot, true)).collect::<Result<_, _>>()?,
-            announcements: robots
-                .filter(|_| has_routes)
-                .map(|robot| ports.reader(robot, false))
-                .collect::<Result<_, _>>()?,
+            announcements: if has_routes {
+                robots.map(|robot| ports.reader(robot, false)).collect::<Result<_, _>>()?
+            } else {
+                Vec::new()
+            },
             routes: has_routes.then(|| ports.server(ROBOT)).transpose()?,
             priors: has_prior.then(|| ports.server(ROBOT)).transpose()?,
             controls: ports.reader(ROBOT, false)?,
@@ -228,8 +230,8 @@ impl<P: Ports, R: RecordStore, O: FnMut(&Record)> HopperSim<P, R, O> {
         Ok(sim)
     }
 
-    /// The same process, which ends with exit code 1 once its journal was displaced, or could not be read, for
-    /// `limit` without a break. Until then it holds.
+    /// This process, which ends with exit code 1 once its journal was displaced, or could not be
+    /// read, for `limit` without a break. Until then it holds.
     #[must_use]
     pub fn holding_at_most(self, limit: Duration) -> Self {
         Self { patience_ns: u64::try_from(limit.as_nanos()).unwrap_or(u64::MAX), ..self }
@@ -350,7 +352,10 @@ impl<P: Ports, R: RecordStore, O: FnMut(&Record)> HopperSim<P, R, O> {
         if let Some(routes) = routes {
             let run = arbiter.state().run;
             let page = |request: &RouteRequest| {
-                let route = arbiter.committed_route(request.id).filter(|_| request.run == run)?;
+                if request.run != run {
+                    return None;
+                }
+                let route = arbiter.committed_route(request.id)?;
                 Some(RoutePage { run, route: route.clone() })
             };
             refusals.extend(routes.serve(page)?);
@@ -572,7 +577,10 @@ fn recall<R: RecordStore>(
     records: &R,
     last: Option<&Record>,
 ) -> Result<(), JournalError> {
-    let Some(last) = last.filter(|_| arbiter.team().is_some()) else { return Ok(()) };
+    if arbiter.team().is_none() {
+        return Ok(());
+    }
+    let Some(last) = last else { return Ok(()) };
     arbiter.recall_routes(records.routes()?);
     let mut due = Decision(0);
     while due <= last.decision {
@@ -598,7 +606,9 @@ impl<P: Ports, R: RecordStore, O: FnMut(&Record)> Process<P> for HopperSim<P, R,
         self.membership.tell_robots(self.arbiter.acting());
         self.membership.beat((run, decision, status), ports.now()).map_err(Into::into)?;
         self.check_records(ports.now())?;
-        if let Some(status) = self.finished.filter(|_| self.displaced.is_none()) {
+        if self.displaced.is_none()
+            && let Some(status) = self.finished
+        {
             return Ok(Turn::Leave(if status == Status::Goal { Exit::Done } else { Exit::Failed }));
         }
         let now = ports.now();

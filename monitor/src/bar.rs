@@ -113,7 +113,8 @@ mod tests {
         assert_eq!(lines(&mut display, 90..91, over), [3007], "the end is told once");
     }
 
-    /// P-PAUSED-LOG: a mission that stands still does not fill the log with one line.
+    /// P-PAUSED-LOG: A progress line that repeats the last one is logged once a minute, not each
+    /// second.
     #[test]
     fn a_line_that_says_the_same_is_logged_once_a_minute() {
         let mut display = Bar::default();

@@ -14,7 +14,7 @@ pub struct Progress {
     pub run: RunId,
     /// Name of the scenario.
     pub scenario: Name,
-    /// As the last state has it.
+    /// Status of the mission in the last state.
     pub status: Status,
     /// The decision that is due.
     pub decision: Decision,
@@ -69,7 +69,7 @@ pub enum TeamMeasure {
     Distance,
     /// The cells that rovers have covered.
     Cells,
-    /// Nothing that all of them share: only so many robots.
+    /// So many robots that share no measure.
     Robots(u16),
 }
 
@@ -116,7 +116,7 @@ pub struct Health {
     pub silent_ms: u64,
     /// How often the whole role fell silent so far.
     pub silences: u64,
-    /// The longest of these silences, milliseconds.
+    /// The longest silence of the whole role, milliseconds.
     pub longest_silence_ms: u64,
 }
 

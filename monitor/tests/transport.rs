@@ -6,8 +6,9 @@
 use std::path::Path;
 use std::process::Command;
 
-/// P-WEB-KEY: a page drops a key that its tab has kept from an earlier mission, as soon as the server does not know it.
-/// P-WEB-DEAF: a page sends back the number of each of its streams.
+/// P-WEB-KEY: A page drops a key that its tab has kept from an earlier mission at the same address
+/// once the server does not know it, and then offers no orders.
+/// P-WEB-DEAF. A page sends back the number of each of its streams.
 #[test]
 fn a_page_drops_a_key_that_the_server_does_not_know_and_shows_that_it_reads() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));

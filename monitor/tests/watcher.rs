@@ -407,8 +407,8 @@ fn a_watcher_says_for_what_it_waits() {
     assert_eq!(watcher.waits_for(), None);
 }
 
-/// P-TIMELINE: a journal restored to decision 10 and flown on elsewhere, to before, at and after the decision that the
-/// monitor knows.
+/// P-TIMELINE. A journal is restored to decision 10 and continued elsewhere, to before, at and
+/// after the decision that the monitor knows.
 #[test]
 fn a_past_that_is_no_longer_the_journals_is_folded_anew() {
     let brief = brief(SIDE);

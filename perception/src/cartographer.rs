@@ -82,7 +82,7 @@ pub struct Cartographer {
     tracks: Tracks,
     /// Poses 0..folded are in the map.
     folded: u64,
-    /// Where the last of those poses stands in the digest chain.
+    /// Where the last pose in the map stands in the digest chain.
     timeline: Timeline,
     /// The records of the past that are missing.
     past: PageCursor,
@@ -116,8 +116,8 @@ impl Cartographer {
         }
     }
 
-    /// The same, publishing patches of at most `cells` cells: small ones make several of a landing on a small
-    /// map. All lives of perception in a run need the same.
+    /// This cartographer, publishing patches of at most `cells` cells: small ones make several of a
+    /// landing on a small map. All lives of perception in a run need the same number.
     ///
     /// # Panics
     /// If that is none, or more than [`MAP_PATCH_CELLS`].

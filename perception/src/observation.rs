@@ -20,13 +20,13 @@ pub struct Observation {
     /// Cells that have been seen, this landing's among them: one bit each, so that the disc is looked up in
     /// the nearest memory whatever the size of the map.
     known: Bits,
-    /// Those of them that only a camera that errs has seen.
+    /// Seen cells that only a camera that errs has seen.
     doubtful: Bits,
     /// Cells that the last landing changed, in index order.
     landing: Vec<u32>,
     /// Fingerprint of the map before the last landing, and after each of its patches.
     links: Vec<u64>,
-    /// Seen cells after each of those patches.
+    /// Seen cells after each patch of the last landing.
     seen: Vec<u32>,
     /// Treasures before the last landing.
     treasures: Vec<Cell>,
@@ -70,7 +70,7 @@ impl Observation {
         }
     }
 
-    /// The same, its landings cut to patches of at most `cells` cells.
+    /// This observation, its landings cut to patches of at most `cells` cells.
     pub(crate) fn cut_to(mut self, cells: usize) -> Self {
         self.patch_cells = cells;
         self

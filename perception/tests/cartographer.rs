@@ -148,7 +148,7 @@ fn the_messages_of_a_run_may_come_in_any_order() {
     }
 }
 
-/// P-REBUILD.
+/// P-REBUILD: A restarted perception rebuilds the same map from the past.
 #[test]
 fn a_restarted_perception_rebuilds_the_same_map_from_the_past() {
     for profile in contract::Profile::ALL {
@@ -262,7 +262,7 @@ fn a_page_of_the_map_spans_so_many_cells_though_none_of_them_is_seen() {
     assert_eq!([next(0), next(MAP_PAGE_SPAN), next(9)], [MAP_PAGE_SPAN, grid.cells(), MAP_PAGE_SPAN + 9]);
 }
 
-/// P-UNSEEN.
+/// P-UNSEEN: No observation contains anything of unseen cells.
 #[test]
 fn gradients_of_profile_hopper_come_from_seen_cells_only() {
     let world = World::new(contract::Profile::Hopper);
@@ -414,8 +414,8 @@ fn catch_up(cartographer: &mut Cartographer, world: &World, state: State) {
     panic!("never caught up");
 }
 
-/// P-TIMELINE: a journal restored to decision 10 and flown on elsewhere, to before, at and after the decision that
-/// perception knows.
+/// P-TIMELINE. A journal is restored to decision 10 and continued elsewhere, to before, at and
+/// after the decision that perception knows.
 #[test]
 fn a_map_of_a_past_that_is_no_longer_the_journals_is_built_anew() {
     let walked = World::new(contract::Profile::Paper2023);
@@ -432,7 +432,8 @@ fn a_map_of_a_past_that_is_no_longer_the_journals_is_built_anew() {
     }
 }
 
-/// P-TIMELINE: only the start is folded, for want of the past, when the journal turns out to hold nothing.
+/// P-TIMELINE. The past was missing, so only the start is folded; then the journal turns out to be
+/// empty.
 #[test]
 fn a_start_folded_for_a_later_state_gets_the_digest_of_its_own() {
     let world = World::new(contract::Profile::Paper2023);
@@ -459,7 +460,8 @@ fn a_late_page_of_a_past_that_is_gone_is_not_kept() {
     assert_eq!(cartographer.map().unwrap().cells(), elsewhere.undisturbed(9).cells());
 }
 
-/// P-STAMPS-WIRE: patch, reminder and page have the moments of the landing, each in a field of its own on the wire.
+/// P-STAMPS-WIRE. Patch, reminder and page have the moments of the landing, each in a field of its
+/// own on the wire.
 #[test]
 fn patches_reminders_and_pages_keep_the_moments_of_the_landing() {
     let world = World::new(contract::Profile::Hopper);

@@ -104,7 +104,8 @@ fn landings(side: u32) -> Vec<[u64; 2]> {
     costs
 }
 
-/// P-LANDING-COST.
+/// P-LANDING-COST: A landing allocates and changes only what it reveals, whatever the size of the
+/// map: in sensing, patching and folding.
 #[test]
 fn a_landing_costs_what_it_reveals_whatever_the_size_of_the_map() {
     let [small, large] = [60, 821].map(landings);

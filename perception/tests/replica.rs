@@ -210,7 +210,7 @@ fn assert_whole(replica: &Replica, source: &Source) {
     assert_eq!(replica.map().expect("the map is whole"), source.map());
 }
 
-/// P-PATCHES: a reader that gets every patch holds the cartographer's map, and never asks.
+/// P-PATCHES: A reader that gets every patch holds perception's map, and never asks for a page.
 #[test]
 fn patches_add_up_to_the_map() {
     for radius_m in [1.0, 6.5, 40.0] {
@@ -255,7 +255,7 @@ fn a_landing_that_reveals_nothing_is_an_empty_patch() {
     assert_eq!((patches[0].before, patches[0].through), (patches[0].after, Decision(1)));
 }
 
-/// P-MISSED: a reader that misses any patch catches up by pages, in place, and what changed is told.
+/// P-MISSED: A reader that misses any patch notices, catches up in place, and knows what changed.
 #[test]
 fn a_reader_that_misses_a_patch_catches_up() {
     for missed in 0..12 {
@@ -292,7 +292,7 @@ fn a_reader_that_misses_a_patch_catches_up() {
     }
 }
 
-/// P-LATE: whoever comes late gets the map in bounded pages while it grows.
+/// P-LATE: A reader that starts late gets the map in bounded pages while it grows.
 #[test]
 fn a_late_comer_catches_up_while_the_map_grows() {
     let mut source = Source::new(300, 45.0);
@@ -367,8 +367,8 @@ fn a_patch_lost_between_two_pages_is_noticed_and_the_snapshot_begins_anew() {
     assert_whole(&replica, &source);
 }
 
-/// P-SENSE-KILL: perception killed at any moment, between two patches of one landing too, goes on where it
-/// was.
+/// P-SENSE-KILL: A perception that is killed at any moment continues with the same stream of
+/// patches.
 #[test]
 fn a_restarted_perception_goes_on_with_the_same_stream() {
     for heard in 0..2 {
@@ -531,7 +531,9 @@ fn a_request_is_repeated_until_it_is_answered_and_no_earlier() {
     assert_eq!(source.cartographer.page(&request), None, "before the first landing there is no answer");
 }
 
-/// P-FORGED: patches and pages that do not add up are refused, counted, and change nothing.
+/// P-FORGED: Patches of another map than they claim, or of another run, robot or lattice, are
+/// refused and counted, and change nothing. Pages that do not add up are counted, and their map is
+/// shown to no reader.
 // Long: a list of cases, each with what it must be refused as.
 #[test]
 fn what_does_not_add_up_is_refused_counted_and_changes_nothing() {

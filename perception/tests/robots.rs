@@ -150,7 +150,8 @@ impl Mission {
         mission
     }
 
-    /// The same, the helicopter's camera reading 0 m/Sol wherever the cell's number is divisible by 3.
+    /// A rover with a helicopter whose camera reads 0 m/Sol wherever the cell's number is divisible
+    /// by 3.
     fn scouts_that_err() -> Self {
         let mut mission = Self::scouts();
         mission.robots[1].sensor = Sensor::ErringCamera { radius_m: 3.0, accuracy: 0.7 };
@@ -187,7 +188,7 @@ impl Mission {
         self.records.push(Record { digest: previous.chain(&record), ..record });
     }
 
-    /// The same up to `decision`, then another past.
+    /// This mission up to `decision`, then another past.
     fn flown_elsewhere_from(mut self, decision: usize) -> Self {
         self.records.truncate(decision);
         let cell = self.robots[0].start.cell;
@@ -358,7 +359,8 @@ fn the_map_of_robots_with_routes_holds_what_they_have_seen_on_their_way() {
     assert_eq!(of, [0, 0, 1, 1, 0, 1, 0, 1], "each patch names the robot that has acted");
 }
 
-/// P-SENSOR-MAP: what a camera that errs reads is on the map until a rover has been there, and nothing tells of the truth before.
+/// P-SENSOR-MAP: A reading of a camera that errs is on the map until a rover has driven there;
+/// until then nothing reveals the truth.
 #[test]
 fn a_reading_is_on_the_map_until_a_rover_has_been_there() {
     let mission = Mission::scouts_that_err();
@@ -391,7 +393,8 @@ fn a_reading_is_on_the_map_until_a_rover_has_been_there() {
     assert!(read > 100 && corrected > 10, "{read} read, {corrected} corrected");
 }
 
-/// P-STAGES-SEEN.
+/// P-STAGES-SEEN: Of a drive that was ended by its stage, only the cells that were driven over are
+/// on the map, and the next flight begins at its end.
 #[test]
 fn of_a_drive_that_its_stage_ended_only_what_was_driven_is_on_the_map() {
     let mission = Mission::scouts_in_two_stages();
@@ -549,7 +552,7 @@ fn the_end_of_a_mission_of_several_robots_is_reported_with_its_last_map_and_once
     }
 }
 
-/// P-MIXED-TREASURE: a treasure is found once, whoever comes by after it was collected.
+/// P-MIXED-TREASURE: A treasure is collected once: a rover that enters its cell later finds none.
 #[test]
 fn a_treasure_that_was_collected_is_none_to_the_rover_that_enters_its_cell() {
     let world = scenario::load("coverage").unwrap().resolve().unwrap();

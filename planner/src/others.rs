@@ -8,7 +8,7 @@ pub(crate) fn taken<'a>(team: &'a Team, grid: &'a Grid) -> impl Iterator<Item = 
     others(team).filter_map(move |other| on_ground(other, grid)).filter(move |cell| Some(*cell) != here)
 }
 
-/// Those of robots that act no more.
+/// The cells of robots that act no more.
 pub(crate) fn stopped<'a>(team: &'a Team, grid: &'a Grid) -> impl Iterator<Item = Cell> + 'a {
     others(team)
         .filter(|other| other.standing != Standing::Active)

@@ -120,7 +120,7 @@ type Due = (RunId, Decision, Digest, Vetoed);
 struct RobotView {
     /// Who led it when it was last heard of, and in which run.
     leader: Option<(RunId, Leader)>,
-    /// When that leader was first heard of as such.
+    /// When `leader` was first heard to lead.
     leader_since: MonotonicNs,
     takeover: bool,
     leads: bool,
@@ -172,8 +172,9 @@ pub struct Pilot {
     /// What planners are given of both: no more than a command names.
     given: Given,
     map: Replica,
-    /// What is known beforehand of uncertain ground; so are the next of routes.
+    /// What is known beforehand of uncertain ground.
     prior: PriorGathering,
+    /// The announced routes, as far as they are known.
     routes: Routes,
     peer_table: PeerTable,
     /// One for each robot, up to the last that it may command.
@@ -571,7 +572,8 @@ impl Pilot {
         self.term_for(robot, leader, now)
     }
 
-    /// The same for any robot that it may command.
+    /// The term under which to command `robot`, which it may command and `leader` leads; `None` if
+    /// it shall not.
     fn term_for(&self, robot: RobotId, leader: Leader, now: MonotonicNs) -> Option<Term> {
         let view = self.views.get(usize::from(robot.0))?;
         if leader.incarnation == self.config.incarnation {

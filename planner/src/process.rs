@@ -50,7 +50,7 @@ impl<P: Ports> RoutePorts<P> {
 /// Commands robots, or stands by.
 pub struct PlannerProcess<P: Ports> {
     membership: Membership<P>,
-    /// Those that it may command.
+    /// The robots that it may command.
     robots: RobotSet,
     pilot: Pilot,
     planner: Box<dyn Planner>,

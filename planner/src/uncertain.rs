@@ -32,9 +32,10 @@ pub(crate) struct Turn<'a> {
 /// Cells that a rover drives around.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Around {
-    /// Where robots stand for good, and the goals of hoppers: a drive may lead over them, but must not end there for good.
+    /// Cells where robots stand for good, and the goals of hoppers: a drive may lead over them, but
+    /// must not end there for good.
     Stopped,
-    /// The same, and where others stand now.
+    /// Cells where robots stand, for good or just now, and the goals of hoppers.
     All,
     /// The goals of hoppers within reach of the rover's own, where it would be in their way for good.
     Goals,

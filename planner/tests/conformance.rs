@@ -8,7 +8,8 @@ use planner::conformance::{Rule, check};
 use planner::contract::{Action, Decision, Direction, Name, Vetoed};
 use planner::{ALGORITHMS, Budget, COVER_ALGORITHMS, Plan, PlanStatus, Planner, Situation, algorithm};
 
-/// P-CONFORMANCE: the planners that come with Hopper keep the law as the check reads it.
+/// P-CONFORMANCE: The conformance check for planners passes the built-in ones, and names each rule
+/// that a planner breaks: cache, restart, vetoes, ties, bounds on the work.
 #[test]
 fn every_built_in_planner_conforms() {
     for name in ALGORITHMS {
@@ -109,7 +110,7 @@ fn check_faulty(fault: Fault) -> Result<(), Rule> {
     })
 }
 
-/// P-CONFORMANCE: each rule has a planner that breaks it, and is named.
+/// P-CONFORMANCE. For each rule there is a planner that breaks it, and the check names the rule.
 #[test]
 fn a_planner_that_breaks_a_rule_is_found_and_the_rule_is_named() {
     assert_eq!(check_faulty(Fault::None), Ok(()));

@@ -132,7 +132,7 @@ fn beat(of: Incarnation, counter: u64) -> Event {
     })
 }
 
-/// P-TOGETHER.
+/// P-TOGETHER: No planner decides before its state and its map belong to the same decision.
 #[test]
 fn nobody_decides_before_state_and_map_are_of_one_decision() {
     let mut pilot = pilot(false);
@@ -144,7 +144,7 @@ fn nobody_decides_before_state_and_map_are_of_one_decision() {
     assert_eq!(sent(&pilot.on(planned(), at(2))), [(3, 1)]);
 }
 
-/// P-WHOLE: a planner that has missed a patch asks for the map, and decides once it holds all of it.
+/// P-WHOLE: A planner that has missed a patch decides only once it holds the whole map again.
 #[test]
 fn nobody_decides_on_a_map_with_a_gap() {
     let mut pilot = pilot(false);
@@ -181,7 +181,7 @@ fn nobody_decides_on_a_map_with_a_gap() {
     assert_eq!((situation.map.seen_cells(), situation.map.observation()), (1, after));
 }
 
-/// P-WHOLE: what stood in the way of a plan does not keep it from being asked for again.
+/// P-WHOLE. A plan that was given up because its map was lost is requested again.
 #[test]
 fn a_plan_whose_map_went_before_it_was_begun_is_asked_for_again() {
     let mut pilot = pilot(false);
@@ -375,7 +375,8 @@ fn two_robots() -> (Brief, Team, Pilot) {
     (brief, team, Pilot::new(PilotConfig { robots, ..config(false) }))
 }
 
-/// P-STANDBY-TIME: silence counts from when it is known who leads, in whatever order brief, state and robots come.
+/// P-STANDBY-TIME: A leader's silence is counted from the moment at which a planner knows who
+/// leads, in whatever order brief, state and robots arrive.
 #[test]
 fn a_leader_that_is_told_before_the_brief_is_given_time_to_be_heard() {
     let (brief, team, mut pilot) = two_robots();
@@ -420,6 +421,7 @@ fn a_stand_by_that_was_stopped_itself_gives_the_leader_time_to_be_heard() {
     }
 }
 
+/// P-TAKEOVER-ONCE.
 #[test]
 fn a_takeover_fires_once() {
     let mut pilot = pilot(true);
@@ -467,7 +469,8 @@ fn what_heartbeats_say_is_of_the_run_of_the_brief_and_a_rival_is_who_commands_in
     assert_eq!(pilot.seen(), nothing, "the state is of another run");
 }
 
-/// P-HAND-OVER: a stand-by that is told to takes over once, and again when it is published again.
+/// P-HAND-OVER: A stand-by planner that is ordered to take over takes the next term of each robot
+/// that it serves, once per order.
 #[test]
 fn a_stand_by_that_is_told_to_takes_over_once() {
     let mut pilot = pilot(false);
@@ -483,7 +486,8 @@ fn a_stand_by_that_is_told_to_takes_over_once() {
     assert_eq!(sent(&pilot.on(planned(), at(0))), [(2, 7)]);
 }
 
-/// P-HAND-OVER: the order names a planner, which takes over the robots that it serves, whichever they are.
+/// P-HAND-OVER. The order names a planner, which takes over the robots that it serves, whichever
+/// they are.
 #[test]
 fn a_stand_by_takes_over_the_robots_that_it_serves() {
     let (brief, team, mut pilot) = two_robots();
@@ -494,6 +498,7 @@ fn a_stand_by_takes_over_the_robots_that_it_serves() {
     assert_eq!(pilot.on(Event::HandOver, at(0)), [Effect::Plan]);
 }
 
+/// P-TAKEOVER-ONCE.
 #[test]
 fn a_takeover_that_may_have_fired_unseen_does_not_fire_again() {
     let mut pilot = pilot(true);
@@ -581,7 +586,7 @@ fn planned_as(action: Action) -> Event {
     Event::Planned(Plan { action, status: PlanStatus::Solved, work: 3, error_bound: 0.0 }, at(1), at(2))
 }
 
-/// P-VETO-TOLD.
+/// P-VETO-TOLD: A planner whose command is vetoed plans again, and never sends that command again.
 #[test]
 fn a_vetoed_command_is_planned_anew_and_never_sent_again() {
     let (north, east) = (Action::Hop(Direction::North), Action::Hop(Direction::East));
@@ -623,7 +628,8 @@ fn a_plan_that_was_under_way_when_a_veto_came_is_dropped() {
     assert_eq!(pilot.on(planned_as(north), at(1)), [], "and nothing else");
 }
 
-/// P-TIMELINE: the same decision on another timeline is planned anew, on a map that is asked for anew.
+/// P-TIMELINE. The same decision on another timeline is planned again, on a map that is requested
+/// again.
 #[test]
 fn a_plan_for_the_same_decision_of_another_past_is_not_sent() {
     let mut pilot = pilot(false);
@@ -649,8 +655,9 @@ fn a_plan_for_the_same_decision_of_another_past_is_not_sent() {
     assert_eq!(answered, Some(Digest([9; 32])), "the command names the past it was planned on");
 }
 
-/// P-PAST-NAMED: a command names its past by the digest alone, so a planner sees the same whoever led, whoever chose the last
-/// action, and whenever it landed.
+/// P-PAST-NAMED: Planners see only what follows from the past that a command names by its digest:
+/// not who commands, who chose the last action, when something happened, or which other routes are
+/// known. So a plan for a past that was lost and flown again is also the plan for the new past.
 #[test]
 fn a_planner_sees_nothing_that_the_digest_does_not_tell() {
     let seen = |state: State| {

@@ -134,7 +134,9 @@ fn map(through: Decision) -> MapPatch {
     }
 }
 
-/// P-HAND-OVER-EACH: in whatever order their turns come, each robot is claimed under the term after its own, once an order.
+/// P-HAND-OVER-EACH: A planner that takes over several robots claims each of them once per order,
+/// whichever turn comes first, and keeps those that it leads. A successor of a dead or silent
+/// planner claims that planner's robots and no others.
 #[test]
 fn who_is_told_to_take_over_claims_each_robot_that_it_serves_once() {
     let others = [leader(4, OTHER), leader(9, OTHER), leader(2, Incarnation(3))];
@@ -167,7 +169,7 @@ fn who_is_told_to_take_over_claims_each_robot_that_it_serves_once() {
     }
 }
 
-/// P-HAND-OVER-EACH: who leads some of them already claims the others.
+/// P-HAND-OVER-EACH. A planner that already leads some of the robots claims the others.
 #[test]
 fn who_leads_one_robot_and_is_told_to_take_over_claims_the_others() {
     let mut fleet = Fleet::new(false, None, [leader(4, OTHER), leader(9, ME), leader(2, OTHER)]);
@@ -180,7 +182,8 @@ fn who_leads_one_robot_and_is_told_to_take_over_claims_the_others() {
     assert_eq!(fleet.turn(0), [(0, 5)]);
 }
 
-/// P-HAND-OVER-EACH: the successor of a dead process takes all that led, and nothing that another leads.
+/// P-HAND-OVER-EACH. The successor of a dead process takes all robots that it led, and none that
+/// another leads.
 #[test]
 fn the_successor_of_a_dead_process_takes_each_robot_that_it_led() {
     let dead = leader(4, OTHER);
@@ -191,7 +194,7 @@ fn the_successor_of_a_dead_process_takes_each_robot_that_it_led() {
     assert_eq!(fleet.turn(0), [(0, 5)]);
 }
 
-/// P-HAND-OVER-EACH: silence of one leader is that of all robots that it led, and of no other.
+/// P-HAND-OVER-EACH. A silent leader loses all robots that it led, and only those.
 #[test]
 fn the_robots_of_a_silent_leader_are_taken_and_no_others() {
     let mut fleet = Fleet::new(false, None, [leader(4, OTHER), leader(9, Incarnation(3)), leader(2, OTHER)]);

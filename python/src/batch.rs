@@ -38,7 +38,7 @@ pub struct Batch {
 /// Seed and actions of a mission, which make it again; `None` if it has not begun.
 type Past = Option<(u64, Vec<u8>)>;
 
-/// Of which scenario, and the missions.
+/// The scenario of a batch, and the past of each of its missions.
 type Snapshot = (String, Vec<Past>);
 
 #[pymethods]
@@ -315,7 +315,7 @@ fn cells<T: Element>(buffer: &PyBuffer<T>, count: usize) -> PyResult<&PyBuffer<T
     Err(crate::error(format!("an array needs {count} numbers, got {}", buffer.item_count())))
 }
 
-/// The same, to be written.
+/// The memory of an array of `count` numbers, to be written.
 fn writable<'a, T: Element>(
     py: Python<'a>,
     buffer: &'a PyBuffer<T>,

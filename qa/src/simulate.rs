@@ -106,9 +106,9 @@ pub struct Failing {
     pub violation: Violation,
     /// Faults of the seed.
     pub faults: usize,
-    /// The least of them that is needed.
+    /// The smallest plan of faults that still breaks the promise.
     pub plan: Plan,
-    /// What happens with these.
+    /// What happens with the faults of `plan`.
     pub trace: Vec<Line>,
 }
 

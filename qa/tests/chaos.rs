@@ -17,8 +17,9 @@ fn qa(words: &[&str]) -> Command {
     command
 }
 
-/// P-CHAOS: kill -9, SIGSTOP and restarts of every role, at crash points and at random, start-up included,
-/// leave the digest as it was, and nothing behind.
+/// P-CHAOS: Kills, stops and SIGTERM of any role, at every crash point and at random, during
+/// start-up too, leave the digest of lockstep, and nothing in shared memory or directories.
+/// docs/measurements.md has the counts of `hopper chaos` and the recovery times.
 #[test]
 fn a_sample_of_chaos_breaks_no_promise() {
     if suites::is_left_out("endurance") {
@@ -44,7 +45,7 @@ fn a_sample_of_chaos_breaks_no_promise() {
     }
 }
 
-/// P-CHAOS-SEED: a promise that breaks ends `hopper chaos` with exit code 1 and the seed.
+/// P-CHAOS-SEED: If a promise breaks, `hopper chaos` exits with code 1 and prints the seed.
 #[test]
 fn a_broken_promise_is_told_with_its_seed() {
     let mut mission = Mission::new("seed");
@@ -67,8 +68,9 @@ fn a_broken_promise_is_told_with_its_seed() {
     mission.assert_nothing_left();
 }
 
-/// P-COVER-LONG: kills after decision 300 of the processes of long teams, hopper-sim among them, whose records then take several
-/// pages.
+/// P-COVER-LONG: Teams survive kills after decision 300, when their records take several pages, and
+/// end with the digest of lockstep: coverage by eight rovers and missions of robots of all kinds
+/// (`hopper chaos --scenario`, `hopper endure --scenario`).
 #[test]
 fn long_teams_survive_faults_after_decision_300() {
     if suites::is_left_out("endurance") {

@@ -18,7 +18,11 @@ fn qa(mission: &Mission, words: &[&str]) -> Command {
     command
 }
 
-/// P-PATROL-FLOWN: a short sample of the long run; `hopper endure` alone flies the million.
+/// P-PATROL-FLOWN: Four processes under kills fly a patrol to the digest of lockstep, and leave
+/// nothing behind. docs/measurements.md has memory and latency over a million hops (`hopper
+/// endure`).
+///
+/// A short sample of the long run; `hopper endure` alone flies the million.
 #[test]
 fn a_patrol_under_kills_has_the_digest_of_lockstep_and_leaves_nothing_behind() {
     if suites::is_left_out("endurance") {
@@ -73,7 +77,8 @@ fn a_mission_that_is_no_patrol_is_no_long_run() {
     assert!(stderr(&output).contains("patrol"), "{}", stderr(&output));
 }
 
-/// P-COVER-LONG: a team of which every process is killed, the last of them after decision 300, has the digest of lockstep.
+/// P-COVER-LONG. A team of which every process is killed, the last of them after decision 300, has
+/// the digest of lockstep.
 #[test]
 fn a_long_mission_of_several_robots_under_kills_ends_as_in_lockstep() {
     if suites::is_left_out("endurance") {

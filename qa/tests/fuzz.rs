@@ -12,7 +12,9 @@ use harness::{Mission, json, stderr};
 use hopper_qa::fuzz::trial::{self, Broken};
 use hopper_qa::fuzz::{Draft, Kind, smaller};
 
-/// P-FUZZ: random missions of all kinds have one digest, whoever flies them.
+/// P-FUZZ: Random missions of all kinds, written as scenarios, have one digest in lockstep, with
+/// fresh planners, resumed, and by real processes that are killed. Missions of a hopper alone, and
+/// of several robots on cells of a metre, are also flown with simulated faults.
 #[test]
 fn random_missions_of_all_kinds_break_no_promise() {
     let mut mission = Mission::new("fuzz");
@@ -38,7 +40,8 @@ fn random_missions_of_all_kinds_break_no_promise() {
     mission.assert_nothing_left();
 }
 
-/// P-FUZZ-SMALL: what is printed of a mission that breaks a promise is small, and repeats it.
+/// P-FUZZ-SMALL: A random mission that breaks a promise is reduced to a small one that breaks it
+/// too.
 #[test]
 fn a_failing_mission_is_made_small() {
     for kind in Kind::ALL {

@@ -11,9 +11,15 @@ use simulation::stream::Stream;
 /// Seeds of continuous integration.
 pub const SEEDS: std::ops::Range<u64> = 0..2000;
 
-/// P-SIMULATED: no promise is broken.
-/// P-SIMULATED-ALL: nothing is left out.
-/// P-SIMULATED-RARE: rare events come up.
+/// P-SIMULATED: Under every fault of the simulation, one command is executed per decision, terms
+/// only rise, nothing is published that the journal does not hold, no planner knows an unseen cell
+/// or decides too early, and the mission ends with the undisturbed digest.
+/// P-SIMULATED-ALL: The simulation leaves out no kind of fault, crash point, refusal, takeover or
+/// end.
+/// P-SIMULATED-RARE: Rare events that could hide a broken promise come up in every long range of
+/// seeds, which fails otherwise: a patch between two pages, a map asked for again, a journal
+/// replaced while peers live, a slow bidder, turns of two robots reserved at once, a hopper-sim
+/// resumed beyond the first page of its past, a second run for peers that stay.
 // Long: a list of what the seeds must have covered.
 #[test]
 fn two_thousand_seeds_of_faults_break_no_promise_and_leave_no_fault_out() {
@@ -112,7 +118,10 @@ fn came_up(missions: Missions, campaign: &Campaign, mut expected: Vec<(&'static 
     assert!(never.is_empty(), "never came up in {} seeds: {never:?}", campaign.seeds);
 }
 
-/// P-SIMULATED-ROVERS.
+/// P-SIMULATED-ROVERS: Under every fault of the simulation, missions of two or three rovers keep
+/// the promises of a hopper alone. Turns, clocks, poses, faults of rovers and the share covered are
+/// those of the checker's own rules, no two rovers share a cell, terms are counted for each robot,
+/// and a command for a robot that is not due is refused.
 #[test]
 fn two_thousand_seeds_of_several_rovers_break_no_promise_and_leave_no_refusal_out() {
     let campaign = sweep(Missions::Rovers, SEEDS, |_| ());
@@ -124,7 +133,11 @@ fn two_thousand_seeds_of_several_rovers_break_no_promise_and_leave_no_refusal_ou
     came_up(Missions::Rovers, &campaign, expected);
 }
 
-/// P-SIMULATED-SCOUTS.
+/// P-SIMULATED-SCOUTS: Under every fault of the simulation, missions of a rover with one or two
+/// helicopters and all planners of both keep the promises of a hopper alone. Turns, waiting,
+/// positions, routes, budgets, what is seen and known, and what is done at a deadline are those of
+/// the checker's own rules. The journal holds the points of every announced route, only those are
+/// served, and every plan is made with the prior of its run and the routes of its decision.
 #[test]
 fn a_thousand_seeds_of_a_rover_with_helicopters_break_no_promise_and_leave_no_refusal_out() {
     let campaign = sweep(Missions::Scouts, 0..1000, |_| ());
@@ -144,7 +157,10 @@ fn a_thousand_seeds_of_a_rover_with_helicopters_break_no_promise_and_leave_no_re
     came_up(Missions::Scouts, &campaign, expected);
 }
 
-/// P-SIMULATED-ACCOMPANIED.
+/// P-SIMULATED-ACCOMPANIED: Under every fault of the simulation, missions of a hopper with one or
+/// two helicopters and all planners of both keep the promises of a hopper alone. State, pose,
+/// steps, visits and treasures are the hopper's whichever robot acted, its hops are drawn as those
+/// of a hopper alone, with its number, and what either robot sees is known.
 #[test]
 fn two_thousand_seeds_of_a_hopper_with_helicopters_break_no_promise_and_leave_no_refusal_out() {
     let campaign = sweep(Missions::Accompanied, SEEDS, |_| ());
@@ -162,7 +178,11 @@ fn two_thousand_seeds_of_a_hopper_with_helicopters_break_no_promise_and_leave_no
     came_up(Missions::Accompanied, &campaign, expected);
 }
 
-/// P-SIMULATED-MIXED.
+/// P-SIMULATED-MIXED: Under every fault of the simulation, missions of two to five robots of any
+/// kind, some of them required, with all planners of each, keep the promises of a hopper alone.
+/// Turns, clocks, places, routes, draws, occupied cells, stray hops, what each robot sees, which
+/// robots are done, what is done at a deadline and how the mission stands are those of the
+/// checker's own rules.
 #[test]
 fn a_thousand_seeds_of_robots_of_all_kinds_break_no_promise_and_leave_no_refusal_out() {
     let campaign = sweep(Missions::Mixed, 0..1000, |_| ());
@@ -182,10 +202,10 @@ fn a_thousand_seeds_of_robots_of_all_kinds_break_no_promise_and_leave_no_refusal
     came_up(Missions::Mixed, &campaign, expected);
 }
 
-/// P-PAST-NAMED: in the first two seeds a stale plan was executed after the journal had lost its tail, since the rover's planner
-/// looked at who planned for the helicopter.
-/// P-SIMULATED-MIXED: in the third a rover announced the same route again and again, since a robot that still acted stood where
-/// each way around it began.
+/// P-PAST-NAMED. In the first two seeds a stale plan was executed after the journal had lost its
+/// tail, since the rover's planner looked at who planned for the helicopter.
+/// P-SIMULATED-MIXED. In the third a rover announced the same route again and again, since a robot
+/// that still acted stood where each way around it began.
 #[test]
 fn seeds_that_once_broke_a_promise_break_none() {
     for (missions, seed) in [(Missions::Mixed, 7163), (Missions::Mixed, 9861), (Missions::Mixed, 1213)] {
@@ -194,7 +214,7 @@ fn seeds_that_once_broke_a_promise_break_none() {
     }
 }
 
-/// P-SIMULATED-TWICE.
+/// P-SIMULATED-TWICE: A seed that is simulated twice gives the same trace to the last line.
 #[test]
 fn a_seed_simulated_twice_is_the_same_to_the_last_line() {
     let whose = [Missions::Hopper, Missions::Scouts, Missions::Mixed];
@@ -207,7 +227,7 @@ fn a_seed_simulated_twice_is_the_same_to_the_last_line() {
     }
 }
 
-/// P-SIMULATE-COMMAND.
+/// P-SIMULATE-COMMAND: `hopper simulate` answers in text and JSON, and refuses bad seed ranges.
 #[test]
 fn hopper_simulate_answers_in_text_and_json_and_refuses_what_are_no_seeds() {
     let hopper = |words: &[&str]| {
@@ -227,7 +247,8 @@ fn hopper_simulate_answers_in_text_and_json_and_refuses_what_are_no_seeds() {
     }
 }
 
-/// P-SIMULATED-APART: the checker's map and digest are its own.
+/// P-SIMULATED-APART: The checker of the simulation computes map, fingerprint, digest, landings,
+/// reservations and the answer to each command by its own code, not by the product's.
 #[test]
 fn the_checker_computes_map_and_digest_without_the_products_code() {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../crates/simulation/src/");

@@ -54,7 +54,8 @@ fn rows(dir: &Path, folder: &str) -> [String; 2] {
     ["trials.jsonl", "trials.csv"].map(|name| fs::read_to_string(dir.join(folder).join(name)).unwrap())
 }
 
-/// P-STUDY-SHARDS
+/// P-STUDY-SHARDS: A campaign of each study has the same rows whatever the number of threads, and
+/// its merged shards are the whole, byte for byte.
 #[test]
 fn rows_of_every_study_are_the_same_whatever_the_jobs_and_the_shards() {
     for (study, worlds) in [("p21", 4), ("p21-large", 2), ("p21-single", 12)] {
@@ -86,7 +87,7 @@ fn csv_records(text: &str) -> impl Iterator<Item = usize> {
     text.lines().map(|line| line.split(',').count())
 }
 
-/// P-STUDY-RESUME
+/// P-STUDY-RESUME: A campaign of a study that was killed resumes to the same rows, byte for byte.
 #[test]
 fn a_killed_campaign_of_a_study_resumes_to_the_same_rows() {
     let dir = folder(&file("p21-single", 400, ""));
@@ -115,7 +116,8 @@ fn a_killed_campaign_of_a_study_resumes_to_the_same_rows() {
     assert_eq!(fs::read_to_string(dir.join("cut/times.csv")).unwrap().lines().count(), 401);
 }
 
-/// P-STUDY-RERUN
+/// P-STUDY-RERUN: A trial of a study that is flown again equals its row. A row that no trial can
+/// have, or that differs from its trial, is refused by name.
 #[test]
 fn a_trial_of_a_study_flown_again_is_its_row_and_another_row_is_told() {
     let dir = folder(&file("p21", 3, "[settings]\naccuracy = 0.8\n"));
@@ -146,7 +148,8 @@ fn a_trial_of_a_study_flown_again_is_its_row_and_another_row_is_told() {
     assert!(stderr(&output).contains("trial 1: need its row"), "{}", stderr(&output));
 }
 
-/// P-STUDY-REPORT: the claims that hold, that do not, and that cannot be had.
+/// P-STUDY-REPORT: The report of a study against its paper sets our result beside each claim, and
+/// names the claims that do not hold, are open or cannot be tested.
 #[test]
 fn the_report_of_a_study_names_the_claims_that_do_not_reproduce() {
     let dir = folder(&file("p21-single", 100, ""));
@@ -176,7 +179,10 @@ fn the_report_of_a_study_names_the_claims_that_do_not_reproduce() {
     refused(dir, &["report", "a", "--readings"], &["--readings", "p21-single"]);
 }
 
-/// P-STUDY-SAME: one computation, whether its outcomes are kept in memory or as rows.
+/// P-STUDY-SAME: The report of a study's campaign equals that of the command that flies the study
+/// at once, figures included.
+///
+/// One computation, whether its outcomes are kept in memory or as rows.
 #[test]
 fn the_report_of_a_campaign_is_that_of_the_command_that_flies_it_at_once() {
     for (study, worlds, settings, command) in [
@@ -206,7 +212,8 @@ fn the_report_of_a_campaign_is_that_of_the_command_that_flies_it_at_once() {
     }
 }
 
-/// P-STUDY-COVERAGE: shards of a study with many cases, none of which has all cases of a world.
+/// P-STUDY-COVERAGE: Shards of the coverage study, none of which has all cases of a world, merge to
+/// the report of `hopper coverage`.
 #[test]
 fn shards_of_coverage_merged_give_the_report_of_the_study() {
     let dir = folder(&file("p19", 100, ""));
@@ -228,7 +235,8 @@ fn shards_of_coverage_merged_give_the_report_of_the_study() {
     assert!(fs::read_to_string(dir.join("r/visits.svg")).unwrap().contains("spiral overlap 4 on 20x20"));
 }
 
-/// P-STUDY-FILE
+/// P-STUDY-FILE: Every impossible campaign of a study is refused with one error that names the
+/// field, before anything is written.
 #[test]
 fn campaigns_of_studies_that_cannot_be_are_refused_by_name() {
     let good = file("p21-large", 2, "[settings]\nstages = 2\ngood = 0.5\n");

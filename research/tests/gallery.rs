@@ -14,7 +14,10 @@ fn read(path: impl AsRef<Path>) -> String {
     std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
 }
 
-/// P-GALLERY: some figures stand for all; the whole takes campaigns.
+/// P-GALLERY: `hopper gallery` draws a figure to the same bytes each time, and docs/gallery matches
+/// what it draws.
+///
+/// A few figures stand for all, since drawing all of them takes campaigns.
 #[test]
 fn a_figure_drawn_again_is_the_one_in_docs() {
     for name in ["states-hard", "p21-fig-14", "p21-fig-18", "p21-fig-19", "anytime"] {
@@ -37,7 +40,8 @@ fn line(side: u32, planner: &str, time: &str, above: &str) -> String {
     format!("{side},{planner},{time_ms:.1},{:.1}", above.trim_end_matches(" %").parse::<f64>().unwrap())
 }
 
-/// P-GALLERY-CURVE
+/// P-GALLERY-CURVE: The anytime curve beside OMPL is drawn from the measurements in the book's
+/// tables.
 #[test]
 fn the_anytime_curve_is_that_of_the_tables_in_the_book() {
     let page = read("scouting.md");

@@ -18,7 +18,7 @@ fn stdout(words: &[&str]) -> String {
     String::from_utf8(output.stdout).unwrap()
 }
 
-/// P-KNOWN-REPORT.
+/// P-KNOWN-REPORT: The report of the findings matches its stored snapshot.
 #[test]
 fn the_report_of_the_findings_is_as_ever() {
     let report = stdout(&["known", "findings", "--trials", "200", "--format", "markdown"]);
@@ -62,7 +62,7 @@ fn links_in_place_of_figures_are_refused() {
     assert_eq!(std::fs::read_to_string(&precious).unwrap(), "theirs");
 }
 
-/// P-KNOWN-PLAN.
+/// P-KNOWN-PLAN: A plan on known ground gives path, policy, values and a picture.
 #[test]
 fn a_plan_tells_path_policy_and_values() {
     let dir = tempfile::tempdir().unwrap();
@@ -85,6 +85,7 @@ fn a_plan_tells_path_policy_and_values() {
     assert!(text.contains("the path arrives after 36 hops"), "{text}");
 }
 
+/// P-KNOWN-SEARCH.
 #[test]
 fn a_small_search_is_the_same_on_one_thread_and_on_two() {
     let words =

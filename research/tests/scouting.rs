@@ -42,7 +42,8 @@ fn files(dir: &Path, names: &[&str]) {
     }
 }
 
-/// P-SCOUT-REPORT: the studies judge every claim, and name those that cannot be had.
+/// P-SCOUT-REPORT: The Monte Carlo study of rover and helicopter judges every claim, leaves open
+/// what its worlds do not decide, and reports the regret to full knowledge.
 #[test]
 fn the_monte_carlo_study_has_every_claim_with_a_verdict_the_regret_and_its_figures() {
     let dir = tempfile::tempdir().unwrap();
@@ -64,7 +65,8 @@ fn the_monte_carlo_study_has_every_claim_with_a_verdict_the_regret_and_its_figur
     files(dir.path(), &["scouting.txt", "scouting.md", "scouting.json", "fig-12.svg", "fig-13.svg"]);
 }
 
-/// P-SCOUT-SENSOR: partial observation (P21, eqs 13 to 16) in a whole study.
+/// P-SCOUT-SENSOR: A helicopter whose sensor errs (P21, eqs 13 to 16) saves the rover less, and one
+/// that is always right is that of the paper.
 #[test]
 fn a_helicopter_that_errs_saves_less_and_one_that_reads_all_right_is_that_of_the_paper() {
     let dir = tempfile::tempdir().unwrap();
@@ -78,7 +80,8 @@ fn a_helicopter_that_errs_saves_less_and_one_that_reads_all_right_is_that_of_the
     assert!(saving(&erring) < saving(&paper), "{} against {}", saving(&erring), saving(&paper));
 }
 
-/// P-SINGLE-INFORMATION: as the paper has it, and for the price that it does not name.
+/// P-SINGLE-INFORMATION: In the single-agent study the utility function gains more information, and
+/// gains it earlier, at the price of a longer path.
 #[test]
 fn an_agent_that_weighs_information_gains_more_of_it_earlier_and_pays_in_time() {
     let dir = tempfile::tempdir().unwrap();
@@ -90,7 +93,8 @@ fn an_agent_that_weighs_information_gains_more_of_it_earlier_and_pays_in_time() 
     files(dir.path(), &["scouting-single.md", "fig-5.svg", "fig-14.svg", "fig-15.svg"]);
 }
 
-/// P-LARGE-STUDY: on the stand-in for Jezero, in one stage and in several.
+/// P-LARGE-STUDY: On the stand-in for Jezero the information-theoretic helicopter opens the short
+/// way, in one stage and in two.
 #[test]
 fn on_the_large_map_the_helicopter_opens_the_short_way() {
     for stages in ["1", "2"] {

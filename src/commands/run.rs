@@ -140,7 +140,10 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     if !interrupted {
         unwritten?;
     }
-    if let Some(path) = args.record.record.as_ref().filter(|_| !flight.watched && !interrupted) {
+    if !flight.watched
+        && !interrupted
+        && let Some(path) = &args.record.record
+    {
         let message = format!(
             "--record {} needs a complete recording, got one that is not whole: the log above says why; the \
              mission itself is complete",
@@ -156,7 +159,10 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
 /// # Errors
 /// Exit code 2 if something is to be done with a mission that flies.
 fn ended(args: &Args, world: &ResolvedScenario, seed: u64) -> Result<Option<Summary>, Failure> {
-    let Some(dir) = args.out.as_deref().filter(|_| args.planners_from.is_none()) else { return Ok(None) };
+    if args.planners_from.is_some() {
+        return Ok(None);
+    }
+    let Some(dir) = args.out.as_deref() else { return Ok(None) };
     let Some(summary) = OutputDir::ended(dir, world, seed) else { return Ok(None) };
     let shown = dir.display();
     if let Some(file) = &args.record.record {
@@ -246,7 +252,9 @@ fn check(args: &Args) -> Result<(), Failure> {
 /// Exit code 2 if one is not known, or cannot plan for the scenario's task.
 fn planners(args: &Args, world: &ResolvedScenario) -> Result<Vec<Name>, Failure> {
     let given: Option<Name> = args.planner.as_deref().map(str::parse).transpose().map_err(Failure::usage)?;
-    if let Some(name) = given.filter(|_| !args.lockstep || world.fleet.is_some()) {
+    if (!args.lockstep || world.fleet.is_some())
+        && let Some(name) = given
+    {
         planner::algorithm(name.as_str()).map_err(Failure::usage)?;
     }
     let scenario = world.brief.scenario;

@@ -238,7 +238,7 @@ struct Rate<'a> {
     topic: &'a str,
     hz: f64,
     messages: u64,
-    /// Those that are the message before them once more.
+    /// Messages that repeat the one before them.
     repeated: u64,
     gap_max_ms: f64,
 }
@@ -592,7 +592,8 @@ mod tests {
         }
     }
 
-    /// P-TOPIC-READ: on a terminal a message is one line a field, with units, none longer than a terminal is wide.
+    /// P-TOPIC-READ: On a terminal `topic echo` prints a field per line with its unit, no line
+    /// wider than the terminal.
     #[test]
     fn on_a_terminal_a_message_is_one_line_a_field() {
         let state = hostile::fixtures::flown().1[1];
@@ -606,7 +607,8 @@ mod tests {
         }
     }
 
-    /// P-TOPIC-REPEATED: a message that is sent again is marked, one that comes back after another is not.
+    /// P-TOPIC-REPEATED: `topic echo` marks a message that is sent again, and `topic hz` counts
+    /// such messages.
     #[test]
     fn a_message_that_is_sent_again_is_marked() {
         let mut repeats = Repeats::default();
@@ -617,7 +619,8 @@ mod tests {
         assert_eq!(flat(&shown[1]), "decision=1 repeated=true");
     }
 
-    /// P-TOPIC-FIELD: a field is picked by its name, one that is not there is a usage error that names those that are.
+    /// P-TOPIC-FIELD: `topic echo --field` prints only the named fields; an unknown field is a
+    /// usage error that lists the known ones.
     #[test]
     fn fields_are_picked_by_their_names() {
         let message = json!({ "a": 1, "b": { "c": "x", "d": [1, 2] }, "n": null });

@@ -203,7 +203,9 @@ impl<'a> Replay<'a> {
         let map = self.sensed.map();
         let mut planner = planner::algorithm(self.last.leader.planner.as_str()).ok()?;
         let mut state = self.last;
-        if let Some(last) = state.last.filter(|_| state.status.is_over()) {
+        if state.status.is_over()
+            && let Some(last) = state.last
+        {
             // Where the mission has ended there is nothing to plan for.
             state.pose.cell = last.from;
         }

@@ -360,7 +360,7 @@ mod tests {
 
     const S: u64 = 1_000_000_000;
 
-    /// P-RESTART: by the clock of the supervisor.
+    /// P-RESTART. Measured by the supervisor's clock.
     #[test]
     fn what_dies_now_and_then_is_restarted_for_ever_and_what_dies_in_a_loop_is_not() {
         let deaths = |every_s: u64, count: u64| {
@@ -380,7 +380,7 @@ mod tests {
         assert_eq!(deaths(60, 1000), 1000, "six in 300 s, and on and on");
     }
 
-    /// P-SPAWN: a process.
+    /// P-SPAWN: A process or thread that cannot be started is an error that names it, not a panic.
     #[test]
     fn a_program_that_cannot_be_started_is_an_error_with_its_role() {
         let error = Supervised::start(Path::new("/no/such/program"), Role::Planner, [""; 0]).unwrap_err();

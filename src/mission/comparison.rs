@@ -15,7 +15,7 @@ pub struct Difference {
     pub decision: Decision,
     /// Digest after it and fingerprint of the map it was taken on, in lockstep; `None` if lockstep ends before.
     pub need: Option<(Digest, u64)>,
-    /// The same in the journal.
+    /// Digest after the decision and fingerprint of the map it was taken on, in the journal.
     pub got: (Digest, u64),
 }
 

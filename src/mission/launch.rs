@@ -20,7 +20,7 @@ pub struct Launch {
     pub instance: String,
     /// Algorithm of each robot's planner, in the order of their numbers. Every robot has a process of its own.
     pub planners: Vec<Name>,
-    /// The program that is each robot's planner in place of those algorithms.
+    /// The program that is each robot's planner in place of the algorithms in `planners`.
     pub planner_command: Option<PlannerCommand>,
     /// Whether the guard's fallback acts where no planner does in time.
     pub falls_back: bool,

@@ -36,7 +36,7 @@ pub struct OutputDir {
     run: RunId,
     /// Whether this began the journal.
     began: bool,
-    /// Those of [`FILES`] that were not there when this took the folder.
+    /// The files of [`FILES`] that did not exist when this took the folder.
     absent: Vec<&'static str>,
     /// Folders that this has made, the innermost first.
     made: Vec<PathBuf>,

@@ -33,9 +33,11 @@ impl PlannerCommand {
     /// What is needed and what is there.
     pub fn check(&self) -> Result<(), String> {
         let named = self.program.components().count() > 1;
-        let candidates: Vec<PathBuf> = match std::env::var_os("PATH").filter(|_| !named) {
-            Some(path) => std::env::split_paths(&path).map(|folder| folder.join(&self.program)).collect(),
-            None => vec![self.program.clone()],
+        let candidates: Vec<PathBuf> = match std::env::var_os("PATH") {
+            Some(path) if !named => {
+                std::env::split_paths(&path).map(|folder| folder.join(&self.program)).collect()
+            }
+            _ => vec![self.program.clone()],
         };
         if candidates.iter().any(|file| is_program(file)) {
             return Ok(());

@@ -26,7 +26,8 @@ impl Robots {
         Some(Self { terrain, robots, is_lost: false })
     }
 
-    /// Those of the journal's mission before its first decision; `None` where there is a single hopper.
+    /// The robots of the journal's mission before its first decision; `None` where there is a
+    /// single hopper.
     ///
     /// # Errors
     /// If the ground of its scenario is not at hand.

@@ -108,7 +108,9 @@ fn policy(brief: &Brief, map: &ObservedMap, mut state: State, planner: &str) -> 
         return None;
     }
     let mut planner = planner::algorithm(planner).ok()?;
-    if let Some(last) = state.last.filter(|_| state.status.is_over()) {
+    if state.status.is_over()
+        && let Some(last) = state.last
+    {
         // A policy covers the map, but where the mission has ended there is nothing to plan for.
         state.pose.cell = last.from;
     }

@@ -91,7 +91,7 @@ fn supervise(launch: &Launch, output_dir: &OutputDir, journal: Journal) -> Resul
 #[derive(Debug)]
 struct InTheWay {
     holder: LockHolder,
-    /// When it was first seen; it was at every look since.
+    /// When the holder was first seen; it was seen at every look since.
     since: MonotonicNs,
     /// Whether the log has named it.
     logged: bool,
@@ -105,7 +105,7 @@ struct Supervisor {
     run: RunId,
     /// Decisions of the run that hopper-sim is known to have published.
     published: u64,
-    /// Those of its earlier flights.
+    /// Decisions of the run that earlier flights had published.
     published_before: u64,
     peers: Vec<Supervised>,
     /// When the children were last checked.
@@ -295,7 +295,7 @@ impl Supervisor {
             // Its heartbeats may have come meanwhile.
             self.hear();
         }
-        let awaited = self.awaits_first_command().filter(|_| launch.decides_within_patience());
+        let awaited = if launch.decides_within_patience() { self.awaits_first_command() } else { None };
         let advanced = self.advanced;
         for peer in self.peers.iter_mut().filter(|peer| peer.is_own()) {
             let beat = self.peer_table.live(now).find(|known| known.beat.pid == peer.beating_pid());
@@ -381,7 +381,8 @@ impl Supervisor {
         let now = Node::now();
         // Once it has begun, a mission with a fallback goes on without anybody.
         let goes_on = launch.falls_back && self.published > 0;
-        let Some(missing) = self.missing_for_good(now).filter(|_| !goes_on) else {
+        let missing = if goes_on { None } else { self.missing_for_good(now) };
+        let Some(missing) = missing else {
             self.holding = None;
             return Ok(());
         };

@@ -50,7 +50,9 @@ fn handed_over(scenario: &str, first: &str, turnovers: &[(u64, &str)]) -> [Strin
     [session.digest(), browser::fly(&request, &Arc::from([])).unwrap().digest]
 }
 
-/// P-BROWSER-HAND-OVER: for each planner that a page offers, for a hopper and for rovers, once and twice.
+/// P-BROWSER-HAND-OVER: On the page without a server, a planner that takes over commands every
+/// robot from that robot's next free decision on, and the link of what was flown repeats the
+/// mission.
 #[test]
 fn who_is_handed_over_to_commands_every_robot_from_the_next_decision_on() {
     for (scenario, first) in [("hard", "mdp"), ("coverage", "cover_frontier")] {
@@ -80,8 +82,8 @@ fn nobody_is_handed_over_to_who_does_not_suit_the_mission() {
     assert!(error.contains("none"), "{error}");
 }
 
-/// P-BROWSER-REWIND: whatever it was told before, a page that comes back is told all that one is told which comes then for the
-/// first time, and both go on alike.
+/// P-BROWSER-REWIND: On the page without a server, a tab that was away gets everything that a new
+/// one gets, policies included, and both continue alike.
 #[test]
 fn a_page_that_comes_back_is_told_what_one_is_told_that_has_just_come() {
     for scenario in ["hard", "coverage", "rover-helicopter"] {
@@ -104,7 +106,7 @@ fn a_page_that_comes_back_is_told_what_one_is_told_that_has_just_come() {
     }
 }
 
-/// P-BROWSER-REWIND: who follows policies, goes, and comes back is told the newest.
+/// P-BROWSER-REWIND. A page that follows policies, leaves and comes back gets the newest.
 #[test]
 fn a_page_that_comes_back_to_policies_is_told_the_newest() {
     let mut session = begin("hard");

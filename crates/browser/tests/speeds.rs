@@ -8,7 +8,7 @@ use std::sync::Arc;
 use browser::{Request, Session};
 use contract::MonotonicNs;
 
-/// P-BROWSER-SPEEDS: flown as fast as can be, the mission does not end before the prior and all routes are there.
+/// P-BROWSER-SPEEDS: The page without a server shows the expected speed of every cell too.
 #[test]
 fn the_page_without_a_server_is_told_all_expected_speeds() {
     let request = Request { scenario: Some("rover-helicopter".into()), ..Request::default() };

@@ -5,6 +5,7 @@
 use campaign::statistics::{Sample, fisher_below, share_difference, student, welch, welch_above, wilson};
 
 /// P-STATISTICS.
+///
 /// Newcombe 1998, "Two-sided confidence intervals for the single proportion", Table I, method 3.
 #[test]
 fn wilson_intervals_are_those_newcombe_published() {
@@ -18,6 +19,8 @@ fn wilson_intervals_are_those_newcombe_published() {
     assert_eq!(wilson(20, 20).high, 1.0);
 }
 
+/// P-STATISTICS.
+///
 /// The three worked examples of unequal variances and sizes in the literature on Welch's test, as
 /// (n, mean, variance) twice, then t, degrees of freedom and two-sided p.
 #[test]

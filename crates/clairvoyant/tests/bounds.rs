@@ -17,6 +17,7 @@ fn rounds_to(got: f64, need: &str) {
     assert_eq!(format!("{got:.2}"), need);
 }
 
+/// P-BOUNDS.
 #[test]
 fn success_on_the_papers_grounds_is_bounded_as_the_model_says() {
     for (name, success) in [("hard", "100.00"), ("heterogeneous", "100.00"), ("sandy", "99.12")] {
@@ -82,7 +83,8 @@ fn enumerated(brief: &Brief, terrain: &Terrain, cell: Cell, spent: u64) -> Bound
     best
 }
 
-/// P-BOUNDS.
+/// P-BOUNDS: The clairvoyant bounds equal those of enumeration and of the published reading, and
+/// are reached.
 #[test]
 fn the_bounds_are_those_of_enumeration_on_nine_cells() {
     for steps_max in 0..=10 {

@@ -78,7 +78,8 @@ fn reached(brief: &Brief, terrain: &Terrain, policy: &[PolicyCell]) -> Bounds {
     layers[brief.limits.steps_max as usize][grid.index(brief.start).unwrap()]
 }
 
-/// P-PRICED-TIME.
+/// P-PRICED-TIME: On a known map, profile `hopper` comes within 0.1 points of success and 0.1 steps
+/// of the clairvoyant bounds, whatever the weights.
 #[test]
 fn priced_time_leaves_nothing_for_a_clock_to_gain() {
     for name in ["hard", "heterogeneous", "sandy"] {

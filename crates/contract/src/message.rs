@@ -91,7 +91,7 @@ pub struct PublishSubscribe {
 /// Most cells of a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Capacity {
-    /// So many; shared memory for them is taken when the writer is made.
+    /// At most this many cells. Shared memory for them is taken when the writer is made.
     Cells(usize),
     /// As many as the grid has. Shared memory is taken when the first message is published.
     Grid,

@@ -82,7 +82,7 @@ impl Vetoed {
         Self(self.0 | 1 << action.code())
     }
 
-    /// Those of either.
+    /// Actions that are vetoed in `self`, in `other`, or in both.
     #[must_use]
     pub fn union(self, other: Self) -> Self {
         Self(self.0 | other.0)

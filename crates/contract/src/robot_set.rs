@@ -24,7 +24,7 @@ impl RobotSet {
         (0..count).map(RobotId).fold(Self(0), Self::with)
     }
 
-    /// Those that a mission of `count` robots has.
+    /// The robots of this set that a mission of `count` robots has.
     #[must_use]
     pub fn of(self, count: u16) -> Self {
         Self(self.0 & Self::first(count).0)
@@ -48,7 +48,7 @@ impl RobotSet {
         Self(self.0 | others.0)
     }
 
-    /// Those of these that are among `others`.
+    /// The robots that are in this set and in `others`.
     #[must_use]
     pub fn intersection(self, others: Self) -> Self {
         Self(self.0 & others.0)

@@ -13,7 +13,7 @@ pub struct Collected(pub u32);
 const _: () = assert!(TREASURES_MAX <= u32::BITS as usize);
 
 impl Collected {
-    /// How many.
+    /// How many treasures are collected.
     #[must_use]
     pub fn count(self) -> u32 {
         self.0.count_ones()

@@ -17,7 +17,8 @@ fn path_ratio(algorithm: Algorithm, heading: Direction) -> f64 {
     outcome.steps as f64 / grid.cells() as f64
 }
 
-/// P-COVERAGE-RULE: the path ratios of the specification.
+/// P-COVERAGE-RULE: `spiral` and `boustrophedon` cover open ground at the path ratios of their
+/// specification, for every heading.
 #[test]
 fn open_ground_is_covered_at_the_path_ratios_of_the_specification() {
     for algorithm in [Algorithm::Spiral, Algorithm::SpiralCircumnavigation] {

@@ -16,7 +16,11 @@ fn outcome(world: &World, algorithm: Algorithm, rovers: usize, seed: u64) -> Out
     outcome
 }
 
-/// P-SHORTER: on the paper's worlds and on others, the saving of steps is above 0 by four standard errors of its mean.
+/// P-SHORTER: `cover_frontier` covers 95, 99 and 100 % in fewer steps than `spiral`, with 1, 2, 4
+/// and 8 rovers, on the paper's worlds and on others.
+///
+/// On the paper's worlds and on others, the saving of steps is above 0 by four standard errors of
+/// its mean.
 #[test]
 fn cover_frontier_is_shorter_than_spiral_for_every_team_and_share() {
     for (side, obstacle_percent) in [(20, 10.0), (15, 25.0), (30, 0.0)] {

@@ -97,7 +97,8 @@ fn with_fault(algorithm: Algorithm, mode: CoverMode, seed: u64, action: u64) -> 
     mission.outcome()
 }
 
-/// P-STRANDED: a rover that fails at its n-th action costs no ground where others may take over.
+/// P-STRANDED: Where rovers share all ground, the others still cover the area of a rover that
+/// fails; once no rover is left, it stays uncovered.
 #[test]
 fn where_rovers_overlap_the_area_of_one_that_fails_is_still_covered() {
     for algorithm in Algorithm::ALL {
@@ -118,7 +119,8 @@ fn in_voronoi_the_region_of_a_rover_that_fails_stays_uncovered() {
     }
 }
 
-/// P-STRANDED: whoever fails last leaves the rest of the ground uncovered, since nobody takes over.
+/// P-STRANDED. When the last rover fails, nobody takes over, and the rest of the ground stays
+/// uncovered.
 #[test]
 fn a_team_of_which_nobody_is_left_has_not_covered_its_ground() {
     for rovers in [1, 3] {

@@ -28,8 +28,8 @@ fn setup(
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(200))]
 
-    /// P-MYOPIC: two worlds that differ only where no rover has sensed are one world to every planner. The same rovers
-    /// drive on both, and do the same, until one of them senses the difference.
+    /// P-MYOPIC. The same rovers drive on two worlds that differ only where no rover has sensed.
+    /// They do the same until one of them senses the difference.
     #[test]
     fn unsensed_ground_changes_no_decision(
         seed in 0_u64..1000,

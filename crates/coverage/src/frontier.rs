@@ -26,9 +26,9 @@ pub struct Frontier {
 /// Whose ways a search follows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Search {
-    /// Those of the rover that decides.
+    /// The ways of the rover that decides.
     Alone,
-    /// Those of all rovers, each to the cells that no other is nearer to.
+    /// The ways of all rovers, each to the cells that no other rover is nearer to.
     Shared,
 }
 
@@ -37,7 +37,7 @@ enum Search {
 struct Reached {
     /// Number of the nearest rover.
     robot: usize,
-    /// That rover's first step on the way; `None` where it stands.
+    /// First step of `robot` on the way; `None` where it stands.
     first: Option<Direction>,
     /// Length of the way in steps.
     steps: u32,

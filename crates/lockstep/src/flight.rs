@@ -56,7 +56,7 @@ pub struct Flight<'c> {
     perception: Perception<DirectPorts<'c>>,
     planners: Vec<HostedPlanner<'c>>,
     make: Make<'c>,
-    /// Those of hopper-sim and perception.
+    /// The ports of hopper-sim and perception.
     ports: [DirectPorts<'c>; 2],
     /// Who commands later.
     successors: VecDeque<Successor>,

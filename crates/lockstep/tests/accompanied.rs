@@ -37,7 +37,7 @@ fn own_planners(world: &ResolvedScenario) -> PlannerSchedule {
     PlannerSchedule::of_robots(&names)
 }
 
-/// P-GOLDEN: the built-in scenario ends with the digest that it had when it was made.
+/// P-GOLDEN.
 #[test]
 fn the_built_in_scenario_keeps_its_digest() {
     let world = world(&[]);
@@ -49,7 +49,8 @@ fn the_built_in_scenario_keeps_its_digest() {
     );
 }
 
-/// P-ACCOMPANIED: what the helicopter sees shortens the hopper's way, and never touches the hopper itself.
+/// P-ACCOMPANIED: What a helicopter sees ahead saves a hopper steps. Pose, steps and status in the
+/// state are the hopper's, whichever robot acted.
 #[test]
 fn who_sees_ahead_needs_fewer_steps_and_state_and_pose_are_the_hoppers() {
     let (with, alone) = (world(&[]), scenario::load("large").unwrap().resolve().unwrap());
@@ -75,7 +76,8 @@ fn who_sees_ahead_needs_fewer_steps_and_state_and_pose_are_the_hoppers() {
     assert!(flights > 20 * 10, "{flights} flights");
 }
 
-/// P-ACCOMPANIED-LAW: planners that are replaced by fresh ones of the same algorithm at every decision fly the same mission.
+/// P-ACCOMPANIED-LAW: Planners of hopper and helicopter fly the same mission if they are replaced
+/// by fresh ones at every decision.
 #[test]
 fn fresh_planners_at_every_decision_fly_the_same_mission() {
     for profile in ["paper-2023", "hopper"] {
@@ -87,7 +89,8 @@ fn fresh_planners_at_every_decision_fly_the_same_mission() {
     }
 }
 
-/// P-ACCOMPANIED-RECALL: whoever takes up the journal anywhere has the robots where they were.
+/// P-ACCOMPANIED-RECALL: An arbiter that resumes a journal of hopper and helicopter at any record
+/// has both robots where they were, with the helicopter's spent budget.
 #[test]
 fn an_arbiter_that_recalls_the_records_has_the_robots_where_they_were() {
     let world = world(&[]);
@@ -110,7 +113,8 @@ fn an_arbiter_that_recalls_the_records_has_the_robots_where_they_were() {
     }
 }
 
-/// P-ACCOMPANIED-FAULT: a helicopter that fails leaves the hopper to itself; a hopper that fails ends the mission.
+/// P-ACCOMPANIED-FAULT: If the helicopter fails, the hopper continues alone; a hopper that fails
+/// ends the mission as lost.
 #[test]
 fn a_helicopter_that_fails_leaves_the_hopper_to_go_on() {
     let failing = |robot: u16| {
@@ -130,7 +134,7 @@ fn a_helicopter_that_fails_leaves_the_hopper_to_go_on() {
     assert_eq!((last.robot, last.outcome.branch), (RobotId(0), Branch::Stranded));
 }
 
-/// P-ACCOMPANIED-PATROL: a patrol lasts as many hops as it would alone.
+/// P-ACCOMPANIED-PATROL: A patrol with a helicopter has as many hops as a patrol without one.
 #[test]
 fn a_patrol_with_a_helicopter_has_as_many_hops_as_one_alone() {
     let patrol = "[mission]\nkind = \"patrol\"\ngoals = [[1, 2], [48, 2]]\nhops_max = 120\n\n[limits]";
@@ -142,7 +146,7 @@ fn a_patrol_with_a_helicopter_has_as_many_hops_as_one_alone() {
     assert!(records.len() > 130, "{} decisions", records.len());
 }
 
-/// P-ACCOMPANIED-BUDGET: a helicopter flies as far as its budget lets it, and without one not at all.
+/// P-ACCOMPANIED-BUDGET: A hopper's helicopter flies no farther than its budget.
 #[test]
 fn a_helicopter_flies_no_farther_than_its_budget() {
     for budget_m in [0.0, 0.5, 12.0, 33.3] {

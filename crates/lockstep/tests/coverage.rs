@@ -29,7 +29,7 @@ impl Case {
         Self { world, setup }
     }
 
-    /// The same mission for the processes.
+    /// The mission of this setup, for the processes.
     fn mission(&self) -> Mission {
         let Setup { mode, sensing, starts, percent, faults, steps_max, .. } = &self.setup;
         let grid = *self.world.grid();
@@ -133,7 +133,8 @@ fn same_map(map: &ObservedMap, engine: &coverage_world::Mission<'_>, what: &str)
     }
 }
 
-/// P-COVER-ENGINE.
+/// P-COVER-ENGINE: In missions flown through the turns of all processes, rovers that cover ground
+/// go exactly where the engine of `coverage-world` sends them.
 #[test]
 fn rovers_go_where_the_engine_sends_them_on_hundreds_of_worlds() {
     for seed in 0..40_u64 {
@@ -151,7 +152,8 @@ fn rovers_go_where_the_engine_sends_them_on_hundreds_of_worlds() {
     }
 }
 
-/// P-COVER-FAULT.
+/// P-COVER-FAULT: A rover that fails stays where it is. The others go on, and cover its ground in
+/// mode `overlap`.
 #[test]
 fn a_rover_that_fails_stays_where_it_is_and_the_others_go_on_as_in_the_engine() {
     let mut covered = 0;
@@ -173,7 +175,7 @@ fn a_rover_that_fails_stays_where_it_is_and_the_others_go_on_as_in_the_engine() 
     assert_eq!(covered, 120, "two of three rovers cover for the third, and one for two");
 }
 
-/// P-COVER-LIMIT.
+/// P-COVER-LIMIT: A coverage mission that runs out of actions ends as a deadlock.
 #[test]
 fn a_mission_that_runs_out_of_actions_ends_as_a_deadlock_where_the_engine_ends() {
     for seed in 0..20 {
@@ -184,7 +186,7 @@ fn a_mission_that_runs_out_of_actions_ends_as_a_deadlock_where_the_engine_ends()
     }
 }
 
-/// P-COVER-LAW: the law of planners, for those of rovers.
+/// P-COVER-LAW: The decision of a planner for coverage never depends on its cache.
 #[test]
 fn a_planner_with_an_empty_cache_decides_as_one_that_has_seen_all() {
     for algorithm in Algorithm::ALL {
@@ -245,7 +247,8 @@ fn team(case: &Case, engine: &coverage_world::Mission<'_>, due: RobotId) -> Team
     }
 }
 
-/// P-COVER-SWAP: each robot has leaders of its own, and who plans for it may change alone.
+/// P-COVER-SWAP: In lockstep the planner of one rover can be swapped alone, and the journal repeats
+/// the mission.
 #[test]
 fn the_planner_of_one_robot_is_swapped_and_the_journal_repeats_the_mission() {
     let case = Case::new((10, 10), 10.0, 3, Algorithm::Spiral, 9);
@@ -273,7 +276,7 @@ fn the_planner_of_one_robot_is_swapped_and_the_journal_repeats_the_mission() {
     assert_eq!(fly(case.mission(), &repeated).0.state.digest, mixed.state.digest);
 }
 
-/// P-GOLDEN: the built-in scenarios of rovers end with the digest that they had when they were made.
+/// P-GOLDEN.
 #[test]
 fn the_built_in_scenarios_of_rovers_keep_their_digests() {
     for (name, decisions, digest) in [

@@ -41,7 +41,7 @@ fn robots_of(records: &[Record]) -> BTreeSet<u16> {
     records.iter().map(|record| record.robot.0).collect()
 }
 
-/// P-GOLDEN: the built-in scenario ends with the digest that it had when it was made.
+/// P-GOLDEN.
 #[test]
 fn the_built_in_scenario_keeps_its_digest() {
     let world = resolved(EXPEDITION);
@@ -54,7 +54,8 @@ fn the_built_in_scenario_keeps_its_digest() {
     );
 }
 
-/// P-MIXED-LAW: planners that are replaced by fresh ones of the same algorithm at every decision fly the same mission.
+/// P-MIXED-LAW: Planners of robots of all kinds fly the same mission if they are replaced by fresh
+/// ones at every decision.
 #[test]
 fn fresh_planners_at_every_decision_fly_the_same_mission() {
     let world = resolved(EXPEDITION);
@@ -64,7 +65,8 @@ fn fresh_planners_at_every_decision_fly_the_same_mission() {
     assert_eq!(again.map.observation(), flown.map.observation());
 }
 
-/// P-MIXED-RECALL: whoever takes up the journal anywhere has the robots where they were.
+/// P-MIXED-RECALL: An arbiter that resumes the journal of a mixed mission at any record has all
+/// robots where they were.
 #[test]
 fn an_arbiter_that_recalls_the_records_has_the_robots_where_they_were() {
     let world = resolved(EXPEDITION);
@@ -87,7 +89,7 @@ fn an_arbiter_that_recalls_the_records_has_the_robots_where_they_were() {
     }
 }
 
-/// P-MIXED-SWAP: each robot's planner can be swapped alone.
+/// P-MIXED-SWAP: In a mixed mission each robot's planner can be swapped alone.
 #[test]
 fn a_hoppers_planner_is_swapped_alone() {
     let world = resolved(EXPEDITION);
@@ -108,7 +110,7 @@ fn a_hoppers_planner_is_swapped_alone() {
     assert_eq!((0..6).map(led).collect::<Vec<_>>(), [1, 1, 2, 1, 1, 1]);
 }
 
-/// P-MIXED-COLLIDE: robots on the ground never share a cell, whatever kinds they are of, and hops that stray stop before others.
+/// P-MIXED-COLLIDE: Robots of all kinds on small ground never share a cell.
 #[test]
 fn robots_of_all_kinds_on_a_small_ground_never_share_a_cell() {
     let ground = "[truth.terrain.random_hills]\nwidth_cells = 12\nheight_cells = 10\ncell_size_m = 1.0\nseed = 4\nhills = 8\n\
@@ -146,7 +148,8 @@ fn robots_of_all_kinds_on_a_small_ground_never_share_a_cell() {
     assert!(met > 0, "a hop strayed onto another robot");
 }
 
-/// P-MIXED-SIXTEEN: sixteen robots of all kinds fly, and the one that fails ends its own part only.
+/// P-MIXED-SIXTEEN: Sixteen robots of all kinds fly in one mission, and a fault of a robot that is
+/// not required ends only its own part.
 #[test]
 fn sixteen_robots_fly_and_a_fault_of_one_that_is_not_needed_ends_its_part_only() {
     let mut text = EXPEDITION.replace("[guard]", "[[faults]]\nrobot = 6\naction = 3\n\n[guard]");
@@ -171,7 +174,8 @@ fn sixteen_robots_fly_and_a_fault_of_one_that_is_not_needed_ends_its_part_only()
     assert_eq!((standing(6), standing(15)), (Standing::Stranded, Standing::Done));
 }
 
-/// P-MIXED-DESIGN: a hopper sees as far as its own sensor reaches, and its planner reckons with its own law.
+/// P-MIXED-DESIGN. A hopper sees as far as its own sensor reaches, and its planner uses its own
+/// law.
 #[test]
 fn a_hopper_sees_as_far_as_its_own_sensor_and_plans_by_its_own_law() {
     let ground = "[truth.terrain.obstacles]\nwidth_cells = 20\nheight_cells = 20\ncell_size_m = 1.0\npercent = 0.0\nseed = 0\n\
@@ -223,7 +227,8 @@ fn fails(robot: usize) -> String {
     format!("[[faults]]\nrobot = {robot}\naction = 1\n")
 }
 
-/// P-MIXED-ROUND: robots that stand in the way for good are passed by, and nobody waits for who will not come.
+/// P-MIXED-ROUND: A robot that stands in the way for good is passed by `mdp`, `astar`, `dstar_lite`
+/// and every planner of rovers; nobody waits for a robot that will not move again.
 #[test]
 fn whoever_stands_in_the_way_is_passed_by() {
     let stopped =
@@ -305,7 +310,8 @@ fn corridor() -> String {
     )
 }
 
-/// P-MIXED-BUSY: who is in the way for as long as it acts is passed by or waited for, and waiting uses up no action.
+/// P-MIXED-BUSY: A robot that is in the way while it acts is passed or waited for, and waiting uses
+/// up no action.
 #[test]
 fn whoever_is_busy_in_the_way_is_passed_by_or_waited_for() {
     let ground = corridor();
@@ -346,7 +352,8 @@ fn whoever_is_busy_in_the_way_is_passed_by_or_waited_for() {
     }
 }
 
-/// P-MIXED-TAKEN: a hopper whose goal another robot takes up for good cannot reach it any more.
+/// P-MIXED-TAKEN: A mission fails once another robot occupies the goal of a required hopper for
+/// good.
 #[test]
 fn a_goal_that_is_taken_for_good_ends_a_mission_that_needs_it() {
     let hopper = |way: &str| robot(&format!("\"hopper\"\n{way}\nplanner = \"mdp\""));
@@ -363,7 +370,8 @@ fn a_goal_that_is_taken_for_good_ends_a_mission_that_needs_it() {
     );
 }
 
-/// P-MIXED-LATTICE: hoppers land whole hops from where they began, whoever is in their way.
+/// P-MIXED-LATTICE: A hopper that was stopped by another robot is still whole hops away from its
+/// goal.
 #[test]
 fn a_hopper_that_was_stopped_is_still_whole_hops_away_from_its_goal() {
     let ground = FLAT.replace("[mission]", "[robot]\nhop_distance_m = 2.0\n[mission]");
@@ -386,7 +394,7 @@ fn a_hopper_that_was_stopped_is_still_whole_hops_away_from_its_goal() {
     assert!(stopped > 0, "a hop strayed onto another robot");
 }
 
-/// P-MIXED-OFF-MAP: a hopper that has left the map is in nobody's way there.
+/// P-MIXED-OFF-MAP: A hopper that has left the map occupies no cell.
 #[test]
 fn who_has_left_the_map_takes_up_no_cell() {
     let hopper = |x: i32| {

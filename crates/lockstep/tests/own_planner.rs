@@ -54,7 +54,9 @@ fn fly(world: &ResolvedScenario, planner: Stubborn) -> Result<u64, PlannerError>
     Ok(flown.state.decision.0)
 }
 
-/// P-OWN-UNSUITED: a planner from outside flies a mission, or the error names it and what was needed; nothing panics.
+/// P-OWN-UNSUITED: An external planner that does not suit a mission, or insists on what its robot
+/// cannot do, is refused by name in lockstep, in Python and on replay of a recording; nothing
+/// panics.
 #[test]
 fn a_planner_that_does_not_suit_a_mission_is_refused_by_name() {
     let worlds = [HARD, PATROL, COVERAGE, HOPPER_SCOUT, ROVER_HELICOPTER, EXPEDITION].map(resolved);

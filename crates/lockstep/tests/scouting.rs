@@ -20,7 +20,7 @@ fn mission(seed: u64, robots: &[(&str, &str)], hazard_max: f64) -> (Mission, Pla
     mission_in(seed, robots, hazard_max, None, 1)
 }
 
-/// The same in so many stages, its helicopters reading so large a share of speeds right.
+/// A mission in so many stages, whose helicopters read so large a share of speeds right.
 fn mission_in(
     seed: u64,
     robots: &[(&str, &str)],
@@ -137,7 +137,9 @@ fn studied(world: &World, arm: Arm, planner: RoverPlanner, seed: u64) -> Outcome
     p21::fly(world, arm, &setup, seed, announced.as_ref())
 }
 
-/// P-SCOUT-STUDY: route by route and bit by bit, in every arm that can be flown.
+/// P-SCOUT-STUDY: A rover with a helicopter flies through the turns of all processes exactly what
+/// the offline study computes, in each arm and on dozens of worlds: the same routes, flights and
+/// end, bit for bit.
 #[test]
 fn the_mission_of_each_arm_is_that_of_the_study_on_dozens_of_worlds() {
     use RoverPlanner::{EttExact, RrtStarEtt};
@@ -171,7 +173,8 @@ fn the_mission_of_each_arm_is_that_of_the_study_on_dozens_of_worlds() {
     assert!(replanned > worlds / 10 && stuck > 0, "{replanned} replanned, {stuck} stuck of {worlds}");
 }
 
-/// P-SENSOR-LIVE: a camera that errs reads the same in a mission as in the study, and rover, helicopter and guard believe the same.
+/// P-SENSOR-LIVE: A mission whose helicopter has a camera that errs flies through the turns of all
+/// processes exactly what the offline study computes; planners and guard believe the same.
 #[test]
 fn the_mission_with_a_camera_that_errs_is_that_of_the_study() {
     let (mut misled, mut worlds) = (0, 0);
@@ -283,8 +286,10 @@ fn compare_stages(what: &str, flown: &Flown, records: &[Record], expected: &Outc
     expected.stages.len()
 }
 
-/// P-STAGES-STUDY: a mission of two or three stages is that of the study, flight by flight and route by route, and each
-/// drive that the time of its stage ends is ended at the same point; with a camera that errs too.
+/// P-STAGES-STUDY: A mission of two or three stages flies through the turns of all processes
+/// exactly what the offline study computes: the same flights and routes, and the same point at
+/// which each stage ends the drive, bit for bit, for both planners of the rover, all planners of
+/// the helicopter, and a camera that errs.
 #[test]
 fn the_mission_in_several_stages_is_that_of_the_study() {
     let helicopters = [
@@ -330,8 +335,9 @@ fn the_mission_in_several_stages_is_that_of_the_study() {
     assert!(changed > 5, "after some halts the rover takes another route: {changed}");
 }
 
-/// P-STAGES-LAW: which stage it is follows from the robots alone: planners replaced by fresh ones at every decision, and
-/// those of another algorithm that take over between two stages, go on where the ones before them were.
+/// P-STAGES-LAW: The current stage follows from the robots alone: planners that are replaced by
+/// fresh ones at every decision fly the same stages, and planners of another algorithm can take
+/// over between two stages.
 #[test]
 fn fresh_planners_at_every_decision_fly_the_same_stages() {
     let mut halted = 0;
@@ -363,7 +369,7 @@ fn fresh_planners_at_every_decision_fly_the_same_stages() {
     assert!(halted > 0);
 }
 
-/// P-GOLDEN: the built-in scenario ends with the digest that it had when it was made.
+/// P-GOLDEN.
 #[test]
 fn the_built_in_scenario_keeps_its_digest() {
     let world = scenario::load("rover-helicopter").unwrap().resolve().unwrap();
@@ -378,7 +384,8 @@ fn the_built_in_scenario_keeps_its_digest() {
     );
 }
 
-/// P-MOBILITY-SLOPES: the rover drives the slopes that its planner knows: a ramp costs what it is longer.
+/// P-MOBILITY-SLOPES: Planner and simulator know the same slopes: a drive over certain ground takes
+/// the expected time.
 #[test]
 fn on_slopes_a_drive_takes_what_the_planner_expects_of_certain_ground() {
     let mission_on = |amplitude_m: f64| {
@@ -406,8 +413,8 @@ fn on_slopes_a_drive_takes_what_the_planner_expects_of_certain_ground() {
     assert!((1.002..1.05).contains(&longer), "{longer}: over or around a hill of six metres");
 }
 
-/// P-SCOUT-LAW: whoever takes over goes on with the journalled routes: planners that are replaced by fresh ones of the same
-/// algorithm at every decision fly the same mission.
+/// P-SCOUT-LAW: Planners of routes for rover and helicopter fly the same mission if they are
+/// replaced by fresh ones at every decision.
 #[test]
 fn fresh_planners_at_every_decision_fly_the_same_mission() {
     for (seed, scout) in [(1, "rrt_star_it"), (2, "scout_route"), (5, "scout_value")] {
@@ -461,8 +468,8 @@ impl Planner for Vetoed {
     }
 }
 
-/// P-SCOUT-VETO: a rover does not drive where the guard vetoed it, and a veto of what a planner would not do changes nothing:
-/// it may be of the planner before it.
+/// P-SCOUT-VETO: A rover does not drive where the guard has vetoed a drive. A veto of an action
+/// that its planner would not choose, such as one of the planner before it, changes nothing.
 #[test]
 fn a_veto_stops_a_drive_and_nothing_else() {
     for name in DRIVE_ALGORITHMS {
@@ -480,7 +487,8 @@ fn a_veto_stops_a_drive_and_nothing_else() {
     }
 }
 
-/// P-SCOUT-SWAP: the planner of one robot is another from a decision on, and the journal repeats the mission.
+/// P-SCOUT-SWAP: The helicopter's planner can be swapped alone; a flight that was announced is
+/// flown to its end.
 #[test]
 fn the_helicopters_planner_is_swapped_in_flight_and_its_flight_goes_on() {
     let robots = [("rover", "rrt_star_ett"), ("helicopter", "rrt_star_it")];

@@ -17,7 +17,10 @@ fn nothing_is_in_the_way_on_the_flat() {
     }
 }
 
-/// P-COLLISION: the paper's two rocks.
+/// P-COLLISION: A flight that touches the ground before or at its apex collides, and no other
+/// flight does.
+///
+/// The paper's two rocks.
 #[test]
 fn the_low_rock_is_met_at_the_apex_and_the_tall_one_too() {
     // The arc of 45° is 0.25 m high above the border, 0.5 m away: it touches the low rock there.
@@ -87,6 +90,8 @@ fn heights_count_from_the_launch() {
 }
 
 proptest! {
+    /// P-COLLISION.
+    ///
     /// The claim that looking at corners is exact, against looking everywhere.
     #[test]
     fn the_corners_say_what_a_fine_sampling_says(

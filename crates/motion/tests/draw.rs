@@ -7,7 +7,7 @@ fn draw(seed: u64, robot: u16, decision: u64) -> Draw {
     Draw::new(seed, Domain::Motion, RobotId(robot), Decision(decision))
 }
 
-/// P-DRAW.
+/// P-DRAW: Draws are keyed, and equal those of an independent ChaCha8.
 #[test]
 fn draws_are_those_of_an_independent_chacha8() {
     // The first three and the last of a decision's uniforms, times 2^53: computed by a direct
@@ -31,6 +31,7 @@ fn draws_are_those_of_an_independent_chacha8() {
     }
 }
 
+/// P-DRAW.
 #[test]
 fn a_draw_depends_on_nothing_but_its_key() {
     let alone = draw(7, 0, 1000).uniform();

@@ -17,7 +17,7 @@ fn close(got: f64, need: f64) {
     assert!((got - need).abs() <= 1e-12 * need.abs().max(1.0), "need {need}, got {got}");
 }
 
-/// P-PHYSICS.
+/// P-PHYSICS: Flight and scatter follow their closed forms.
 #[test]
 fn a_hop_on_the_flat_goes_one_metre_far_and_a_quarter_high() {
     // P22 section III: a 45° hop on the flat goes 1.0 m far and 0.25 m high.
@@ -100,6 +100,7 @@ fn steps_are_two_a_hop_three_from_sand_if_it_succeeds_one_standing_still() {
 }
 
 proptest! {
+    /// P-PHYSICS.
     #[test]
     fn the_arc_is_the_parabola_of_launch_speed_angle_and_gravity(
         rise_m in -5.0..5.0_f64,

@@ -35,7 +35,10 @@ fn integrated_m(launch: &Launch, distance_m: f64) -> f64 {
     state[0]
 }
 
-/// P-PARABOLA: the numbers that P22 prints, and those that follow from them at 80°.
+/// P-PARABOLA: A launch at any angle follows the parabola of the closed form and of numerical
+/// integration; the paper's printed parabola is the one at 45°.
+///
+/// The numbers that P22 prints, and those that follow from them at 80°.
 #[test]
 fn the_papers_hops_have_their_published_reach_and_apex() {
     let flat = paper(45.0);
@@ -48,6 +51,7 @@ fn the_papers_hops_have_their_published_reach_and_apex() {
     close(steep.flat_range_m(), 160f64.to_radians().sin(), 1e-12);
 }
 
+/// P-PARABOLA.
 #[test]
 fn the_printed_parabola_is_the_general_one_at_45_degrees_and_at_no_other() {
     let printed = |launch: &Launch, d: f64| {
@@ -106,6 +110,7 @@ fn a_launch_straight_up_is_refused() {
 }
 
 proptest! {
+    /// P-PARABOLA.
     #[test]
     fn every_arc_is_that_of_numerical_integration(
         angle_rad in 0.05..1.5f64, speed_mps in 0.2..6.0f64, gravity_mps2 in 0.1..12.0f64, share in 0.0..1.5f64,

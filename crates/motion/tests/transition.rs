@@ -89,6 +89,7 @@ fn a_uniform_draw_selects_branches_in_the_documented_order() {
 }
 
 proptest! {
+    /// P-PHYSICS.
     #[test]
     fn every_row_is_a_distribution(
         gx in -1.0e4..1.0e4_f64,

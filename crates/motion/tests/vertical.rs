@@ -15,7 +15,10 @@ fn check(motion: &SoilMotion, rise_m: f64, apex_m: f64, need: [f64; 4]) {
     }
 }
 
-/// P-VERTICAL: 70, 15, 15 % less Δh / h_max of each, which fails.
+/// P-VERTICAL: The vertical hop succeeds and fails according to its rise, and is not offered for a
+/// rise of its apex or more.
+///
+/// Success and slips of 70, 15 and 15 % each lose their share Δh / h_max, which fails.
 #[test]
 fn success_falls_and_failure_grows_with_the_rise() {
     check(&PLAIN, 0.0, 0.5, [0.7, 0.0, 0.15, 0.15]);
@@ -31,6 +34,7 @@ fn the_low_rock_is_climbed_one_time_in_three() {
     assert!((got.intended - 0.339).abs() < 1e-3);
 }
 
+/// P-VERTICAL.
 #[test]
 fn a_rise_of_the_apex_or_more_is_no_hop() {
     for rise_m in [0.5, 0.5 + 1e-12, 1.0] {

@@ -62,7 +62,7 @@ pub enum NodeError {
     OtherBuild {
         /// Name of the instance.
         instance: String,
-        /// The build of those who live in it.
+        /// The build of the processes that live in the instance.
         need: String,
         /// The build of this process.
         got: String,
@@ -75,11 +75,11 @@ pub enum NodeError {
     Elsewhere {
         /// Name of the instance.
         instance: String,
-        /// Folder in which it lives.
+        /// Folder in which the instance lives.
         need: PathBuf,
-        /// Folder in which this process would look for it.
+        /// Folder in which this process would look for the instance.
         got: PathBuf,
-        /// The build of those who live in it.
+        /// The build of the processes that live in the instance.
         build: String,
         /// The build of this process.
         own_build: String,

@@ -37,7 +37,8 @@ fn two_instances_never_meet() {
     other.assert_gone();
 }
 
-/// P-LEAVE.
+/// P-LEAVE: The last process to leave leaves nothing in shared memory; cleaning never touches a
+/// live instance.
 #[test]
 fn whoever_leaves_last_leaves_nothing_in_whatever_order_ports_and_nodes_go() {
     let own = Own::new();
@@ -73,6 +74,7 @@ fn a_claim_names_its_holder_and_ends_with_it() {
     own.assert_gone();
 }
 
+/// P-LEAVE.
 #[test]
 fn cleaning_never_touches_a_live_instance() {
     let own = Own::new();
@@ -123,7 +125,8 @@ fn config(own: &Own) -> Config {
     config
 }
 
-/// P-MISMATCH.
+/// P-MISMATCH: A service of another type or quality of service is refused, and the error names what
+/// was needed and what was found.
 #[test]
 fn a_service_of_another_type_or_quality_is_named_with_need_and_got() {
     let own = Own::new();

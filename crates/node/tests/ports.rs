@@ -252,7 +252,8 @@ fn refusal(twist: impl Fn(&mut MapPatchV2, &mut [SeenCellV3])) -> Refusal {
     contract::wire::patch_from_wire(&header, &cells).unwrap_err()
 }
 
-/// P-HOSTILE-MAP: cells off the map or out of order, and numbers out of range, are refused by name.
+/// P-HOSTILE-MAP: A patch, a page or a piece of the truth with any field out of range is refused,
+/// and the error names the field.
 #[test]
 fn a_patch_or_page_out_of_range_is_refused_by_name() {
     assert_eq!(
@@ -381,7 +382,8 @@ fn a_role_must_not_serve_what_another_serves() {
     let _ = Node::join(&own.0, Role::Monitor).unwrap().server::<TruthRequest>(ROBOT);
 }
 
-/// P-ROOM-ON-DEMAND: a policy takes room once it is published, and the room of one policy at a time.
+/// P-ROOM-ON-DEMAND: A policy takes memory once it is published, and never more than the last one
+/// needs.
 #[test]
 fn a_policy_takes_room_once_it_is_published_and_no_more_than_the_last_one_needs() {
     let own = Own::new();
@@ -465,7 +467,7 @@ fn heartbeats_advance_at_their_pace_and_at_once_when_the_mission_ends() {
     own.assert_gone();
 }
 
-/// P-ROOM: what `doctor` reckons is what the ports take; below 256 MB on a map of 821 x 821 cells.
+/// P-ROOM: The memory budget that `doctor` computes is what the ports take.
 #[test]
 fn what_a_port_needs_is_what_it_takes() {
     let own = Own::new();
@@ -513,7 +515,7 @@ fn what_a_port_needs_is_what_it_takes() {
     own.assert_gone();
 }
 
-/// P-ROOM-GRID: no service but the policy's takes more room on a larger grid.
+/// P-ROOM-GRID: On a larger grid only the policy takes more shared memory.
 #[test]
 fn on_a_larger_grid_the_policy_alone_takes_more_room() {
     let [small, large] = [400, 821 * 821].map(|cells| MemoryBudget::of(cells, 1).unwrap().services);

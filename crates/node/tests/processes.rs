@@ -213,7 +213,7 @@ fn the_dead_are_seen_and_freed_by_those_who_live() {
     own.assert_gone();
 }
 
-/// P-START-KILL.
+/// P-START-KILL: Whenever a process is killed during its start, the next one can start.
 #[test]
 fn whenever_a_process_is_killed_in_its_start_the_next_one_can_begin() {
     let own = Own::new();
@@ -246,7 +246,8 @@ fn whenever_a_process_is_killed_in_its_start_the_next_one_can_begin() {
     own.assert_gone();
 }
 
-/// P-DEAD-NODE-CLEANUP.
+/// P-DEAD-NODE-CLEANUP: A process that is killed while it cleans up after dead processes costs no
+/// other process its slot in a service.
 #[test]
 fn whoever_is_killed_while_freeing_the_dead_costs_nobody_their_place() {
     let own = Own::new();
@@ -284,7 +285,8 @@ fn whoever_is_killed_while_freeing_the_dead_costs_nobody_their_place() {
     own.assert_gone();
 }
 
-/// P-HOLD-UP: whoever is stopped while it joins is waited for as long as patience lasts, and named.
+/// P-HOLD-UP. A process that is stopped while it joins is named, and waited for until patience
+/// ends.
 #[test]
 fn who_stops_while_joining_is_waited_for_patiently_and_named() {
     let own = Own::new();
@@ -316,7 +318,7 @@ fn who_stops_while_joining_is_waited_for_patiently_and_named() {
     own.assert_gone();
 }
 
-/// P-HOLD-UP: a process that waits for another to join ends on a signal all the same.
+/// P-HOLD-UP. A process that waits for another to join ends on a signal.
 #[test]
 fn a_signal_ends_the_wait_for_who_stopped_while_joining() {
     let own = Own::new();

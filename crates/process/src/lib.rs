@@ -127,6 +127,7 @@ fn worth_a_line(kind: &str) -> Option<u64> {
 mod tests {
     use super::*;
 
+    /// P-PAST-LOST.
     #[test]
     fn refusals_without_end_make_ever_fewer_lines() {
         let lines: Vec<u64> = (0..100_000).filter_map(|_| worth_a_line("stale_term")).collect();

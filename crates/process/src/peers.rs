@@ -85,7 +85,9 @@ mod tests {
         }
     }
 
-    /// P-UNKNOWN-BUILD.
+    /// P-UNKNOWN-BUILD: No command is executed from a process whose heartbeat has not been
+    /// received, since its build is unknown. Memory is bounded, and a flood of such processes shuts
+    /// nobody out for good.
     #[test]
     fn a_flood_of_lives_takes_bounded_memory_and_shuts_nobody_out_for_good() {
         let mut builds = Builds::new("1".parse().expect("a name"));

@@ -10,7 +10,7 @@ use contract::{
 /// The announced routes of one run.
 #[derive(Debug, Default)]
 pub(crate) struct AnnouncedRoutes {
-    /// Those whose points are written.
+    /// The routes whose points are written.
     written: BTreeSet<(RobotId, RouteId)>,
     /// By the decision that announced them; their points have not come.
     wanted: BTreeMap<Decision, (RobotId, RouteId)>,

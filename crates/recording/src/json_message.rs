@@ -21,7 +21,8 @@ impl JsonMessage {
         Self::of_robot(message, ROBOT)
     }
 
-    /// The same of a message of `robot`, under the name of its own service.
+    /// A message of `robot` as JSON, under the name of the robot's own service; `None` if it has a
+    /// channel with a schema, or a value that JSON cannot hold.
     #[must_use]
     pub fn of_robot<M: Message>(message: &M, robot: RobotId) -> Option<Self> {
         Self::topic::<M>()?;
@@ -91,7 +92,8 @@ mod tests {
         const SERVICE: PublishSubscribe = PublishSubscribe::new("hop/rN/battery", &[Role::HopperSim]);
     }
 
-    /// P-BAG-JSON.
+    /// P-BAG-JSON: A message without a protobuf schema is recorded as JSON under the name of its
+    /// service, and kept by a recovery.
     #[test]
     fn a_message_without_a_schema_is_recorded_as_json() {
         assert_eq!(JsonMessage::topic::<State>(), None, "it has a schema");

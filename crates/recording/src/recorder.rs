@@ -31,7 +31,8 @@ pub struct Recorder {
     out: OutputBuffer,
     /// MCAP id and number of messages of each channel, in the order of [`Channel::ALL`].
     channels: Vec<(u16, u32)>,
-    /// The same of other channels, by topic; each is added with its first message.
+    /// MCAP id and number of messages of each channel that is not in [`Channel::ALL`], by topic. A
+    /// channel is added with its first message.
     other_channels: BTreeMap<String, (u16, u32)>,
     closed: MonotonicNs,
     /// The decisions before this, of the past of that number, have their records among the bytes given out.

@@ -18,7 +18,7 @@ type Entries = BTreeMap<String, String>;
 pub struct RunMetadata<'a> {
     /// Records `hopper` of the recorders that may have recorded the run.
     recorders: Vec<&'a Entries>,
-    /// Whether one of these recorders may have recorded another run too.
+    /// Whether a recorder of this run may have recorded another run too.
     is_shared: bool,
     /// Record `end` of the recorder that saw the end of the run.
     end: Option<&'a Entries>,

@@ -7,9 +7,9 @@ use crate::RecordingError;
 /// Messages that cannot be decoded. Readers leave them out and report them.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct SkippedMessages {
-    /// Number of messages.
+    /// Number of skipped messages.
     pub messages: u64,
-    /// The first of them, with what is wrong; `None` if there are none.
+    /// The first skipped message, with what is wrong; `None` if there is none.
     pub first: Option<String>,
 }
 

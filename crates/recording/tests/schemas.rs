@@ -8,7 +8,9 @@ use prost::Message as _;
 
 const FOLDER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/proto");
 
-/// P-BAG-SCHEMAS: run with `HOPPER_BLESS=1` to write them anew.
+/// P-BAG-SCHEMAS: The committed schemas match the `.proto` files.
+///
+/// Run with `HOPPER_BLESS=1` to write them anew.
 #[test]
 fn the_committed_schemas_are_those_of_the_proto_files() {
     let made = tempfile::tempdir().unwrap();

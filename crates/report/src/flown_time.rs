@@ -6,14 +6,14 @@ use contract::{MonotonicNs, Timing};
 /// last commit belongs to another boot, and what lies between two boots counts as no time.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct FlownTime {
-    /// Of boots before the present one.
+    /// Time flown in boots before the present one, nanoseconds.
     before_ns: u64,
     /// First landing and last commit of the present boot; `None` before the first decision.
     present: Option<(MonotonicNs, MonotonicNs)>,
 }
 
 impl FlownTime {
-    /// Of decisions in order.
+    /// The time flown in decisions with these `timings`, in order.
     pub fn of<'t>(timings: impl IntoIterator<Item = &'t Timing>) -> Self {
         let mut flown = Self::default();
         timings.into_iter().for_each(|timing| flown.add(timing));

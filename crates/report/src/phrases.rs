@@ -27,7 +27,7 @@ pub(crate) struct EndSentence {
 pub struct TeamEffort {
     /// At least 1; with more, sentences speak of moves rather than of hops.
     pub robots: u16,
-    /// Decisions of all of them.
+    /// Decisions of all robots.
     pub actions: u64,
     /// Cells visited; `None` unless ground was to be covered.
     pub covered: Option<u64>,
@@ -36,7 +36,7 @@ pub struct TeamEffort {
 }
 
 impl TeamEffort {
-    /// That of a mission after so many decisions and visits; `None` if it is a single hopper's.
+    /// The effort of a team after so many decisions and visits; `None` if a single hopper flies.
     pub(crate) fn of(brief: &Brief, actions: u64, visits: u64) -> Option<Self> {
         let covered = brief.cover.map(|_| visits);
         let (robots, is_mixed) = (brief.robots, brief.mixed.is_some());

@@ -27,7 +27,8 @@ fn grounds() -> Vec<[u8; 3]> {
     grounds
 }
 
-/// P-CONTRAST: of hopper and goal, the fill or a rim has a contrast of at least 3:1 to every ground.
+/// P-CONTRAST: Hopper and goal have, by fill or rim, a contrast of at least 3:1 to every colour of
+/// ground, in page, pictures and terminal.
 #[test]
 fn hopper_and_goal_stand_out_on_every_ground() {
     for (symbol, parts) in [("hopper", &[HOPPER, DARK][..]), ("goal", &[GOAL, LIGHT, DARK])] {
@@ -39,7 +40,7 @@ fn hopper_and_goal_stand_out_on_every_ground() {
     assert!((contrast([0; 3], [255; 3]) - 21.0).abs() < 1e-9);
 }
 
-/// P-CONTRAST: the pictures draw both with these parts.
+/// P-CONTRAST. The pictures draw hopper and goal with fill and rim.
 #[test]
 fn the_pictures_symbols_have_their_rims() {
     let picture = include_str!("snapshots/picture__a_tiny_picture_stands_as_drawn.snap");

@@ -216,7 +216,8 @@ fn a_layer_that_does_not_cover_the_grid_is_refused() {
     assert_eq!(picture.svg(), Err(ReportError::Cells { layer: "terrain", need: 16, got: 15 }));
 }
 
-/// P-PAPER-PICTURE.
+/// P-PAPER-PICTURE: A picture for a paper is one column wide, has no title, hatches sand and draws
+/// arrows only where the ground was seen.
 #[test]
 fn a_picture_for_a_paper_is_a_column_without_title_and_with_hatched_sand() {
     let brief = brief(24);
@@ -259,7 +260,8 @@ fn a_picture_for_a_paper_is_a_column_without_title_and_with_hatched_sand() {
     );
 }
 
-/// P-ACCOMPANIED-PICTURE.
+/// P-ACCOMPANIED-PICTURE: The picture of a hopper with a helicopter shows the hops, start and goal,
+/// and the flight in its own colour.
 #[test]
 fn a_picture_of_a_hopper_with_a_helicopter_shows_the_hops_and_the_flight() {
     let brief = Brief { robots: 2, ..brief(12) };
@@ -334,8 +336,8 @@ impl Scouted {
     }
 }
 
-/// P-SPEED-PICTURE: over uncertain ground there are two plots, of the expected speed and of its spread, each with its scale, and
-/// on both the routes that were announced and travelled, start, goal, and what the helicopter sees.
+/// P-SPEED-PICTURE: A picture of uncertain ground shows expected speed and spread, each with its
+/// scale, beneath announced and travelled routes.
 #[test]
 fn a_picture_of_uncertain_ground_shows_expected_speed_and_spread_beneath_the_routes() {
     use report::picture::colour::{SPEEDS, SPREADS, ramp};
@@ -376,7 +378,8 @@ fn a_picture_of_uncertain_ground_shows_expected_speed_and_spread_beneath_the_rou
     assert_eq!(short.svg(), Err(ReportError::Cells { layer: "speeds", need: 144, got: 143 }));
 }
 
-/// P-TEAM-PICTURE.
+/// P-TEAM-PICTURE: A picture of several robots shows each with its colour and number, and how often
+/// cells were visited.
 #[test]
 fn a_picture_of_a_team_shows_each_robot_and_the_visits() {
     let cover = Some(Cover { percent: 100, mode: CoverMode::Overlap });

@@ -98,7 +98,7 @@ struct Search<'a> {
     reached: Vec<f64>,
     /// The move that led to a cell.
     came_by: Vec<u8>,
-    /// In turn, a power of two of them.
+    /// Cells to visit by their cost, in a ring of buckets whose number is a power of two.
     buckets: Vec<Vec<(f64, u32)>>,
     queued: usize,
     /// Estimate at the lower edge of bucket 0.
@@ -406,7 +406,8 @@ mod tests {
 
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(64))]
-        /// P-ROUTE-EXACT.
+        /// P-ROUTE-EXACT: `ett_exact` is optimal on its graph, and its route never costs more after
+        /// it is pulled tight.
         #[test]
         fn the_search_agrees_with_bellman_ford_and_pulling_never_costs_more(
             seed in any::<u64>(), flat in any::<bool>(), radius_m in 0.0..3.0_f64,

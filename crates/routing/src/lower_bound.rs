@@ -225,7 +225,7 @@ mod tests {
 
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(64))]
-        /// P-ROUTE-BOUND.
+        /// P-ROUTE-BOUND: No route costs less than its proven lower bound.
         #[test]
         fn the_bound_is_never_above_a_route_that_was_found(
             seed in any::<u64>(), radius_m in 0.0..3.0_f64,

@@ -52,9 +52,9 @@ pub fn rrt_star_it(belief: &Belief, start: Point, settings: &RrtStarIt, seed: u6
 /// The standard deviation of the speed, summed over cells.
 struct Spread {
     sums: RowSums,
-    /// Over the whole map.
+    /// The sum over the whole map.
     total: f64,
-    /// That of the most uncertain cell.
+    /// The standard deviation of the most uncertain cell.
     most: f64,
     /// Cells that are uncertain at all.
     uncertain: AreaCounts,

@@ -303,9 +303,9 @@ struct Cut {
     pieces: Vec<(Point, usize, f64)>,
     /// The regions that it crosses.
     regions: Vec<usize>,
-    /// Time for a metre in each of them by the prior; infinite if forbidden.
+    /// Time for a metre in each region by the prior; infinite if forbidden.
     prior_pace: Vec<f64>,
-    /// The same in each scenario, scenario by scenario.
+    /// Time for a metre in each of the regions, in scenario after scenario; infinite if forbidden.
     scenario_paces: Vec<f64>,
 }
 

@@ -59,7 +59,7 @@ pub enum ScenarioError {
     NotText {
         /// File that was read.
         path: PathBuf,
-        /// Where such a file belongs, by its name.
+        /// Where a file with this ending belongs, as the end of the message; may be empty.
         hint: &'static str,
     },
     /// The file exists but cannot be read.
@@ -198,7 +198,7 @@ pub enum ScenarioError {
 }
 
 impl ScenarioError {
-    /// The same, of a field that each robot has.
+    /// This error, about a field of robot `number`, if each robot has that field.
     pub(crate) fn of_robot(self, number: usize) -> Self {
         match self {
             Self::Value { field, need, got } => {

@@ -360,7 +360,7 @@ mod tests {
         assert!(fitted.scenario.resolve().unwrap().warnings.is_empty());
     }
 
-    /// P-SCENARIO-NEW: and flies as the model alone.
+    /// P-SCENARIO-NEW. The scenario flies as the model alone does.
     #[test]
     fn a_scenario_is_written_with_a_path_from_its_folder_and_a_comment_to_every_choice() {
         let (folder, path) = grid_file(2.0, &plain(60, "7"));

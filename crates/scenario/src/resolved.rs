@@ -18,7 +18,7 @@ pub struct ResolvedScenario {
     pub brief: Brief,
     /// The robots, if the mission is not a single hopper's.
     pub fleet: Option<Fleet>,
-    /// The planner that each of them names, if it names one.
+    /// The planner that each robot names, if it names one.
     pub planners: Vec<Option<Name>>,
     /// Canonical TOML with every default filled in and file paths absolute; it resolves to the same value.
     pub resolved: String,

@@ -23,7 +23,7 @@ pub enum Warning {
     TooFewSteps {
         /// Fewest hops to the goal if none strays.
         hops: u32,
-        /// Steps of those hops in the paper's count: two a hop on hard ground.
+        /// Steps of the fewest hops in the paper's count: two a hop on hard ground.
         steps: u64,
         /// `limits.steps_max` of the scenario.
         steps_max: u64,

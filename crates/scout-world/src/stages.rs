@@ -46,6 +46,8 @@ mod tests {
     use super::*;
     use rover::{DriveEnd, Lattice, Point, Speed, Surface, Truth, drive};
 
+    /// P-STAGES-HALT.
+    ///
     /// 500 m at 200 m/Sol in three stages: 200, 200 and 100 m.
     #[test]
     fn all_stages_but_the_last_end_after_a_sol() {

@@ -46,7 +46,7 @@ type Sent = (RunId, RobotId, Incarnation, Decision, Digest, Term, u32, u64);
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Known {
     pub leader: Leader,
-    /// When the sender first heard of it as such.
+    /// When the sender first heard that it leads.
     pub since: MonotonicNs,
     /// Whether the sender takes its process for gone.
     pub is_gone: bool,
@@ -111,7 +111,7 @@ pub struct Checker {
 }
 
 impl Pacing {
-    /// That of a life of hopper-sim that has landed nothing yet.
+    /// The pacing of a life of hopper-sim that has landed nothing yet.
     fn begin(control: bool, pace: Pace) -> Self {
         Self { tempo: Tempo::begin(control, pace), published: None, told: MonotonicNs(0), began: Decision(0) }
     }

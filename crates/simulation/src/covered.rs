@@ -7,9 +7,9 @@ use hopper_sim::Mission;
 #[derive(Clone, Debug)]
 pub(crate) struct Covered {
     cover: Cover,
-    /// Of the rovers, in the order of their numbers.
+    /// Where the rovers start, in the order of their numbers.
     starts: Vec<Cell>,
-    /// Cells that each of them was the first to enter.
+    /// Cells that each rover was the first to enter.
     first_visits: Vec<usize>,
     visited: Vec<bool>,
     /// Of the ground that all rovers share: the cells that count.

@@ -21,7 +21,7 @@ pub(crate) enum Shown {
 #[derive(Clone, Debug)]
 pub(crate) struct Expected {
     seen: Vec<bool>,
-    /// Those of them of which there is only what a camera that errs has read.
+    /// Whether a seen cell is known only from a reading of a camera that errs.
     doubtful: Vec<bool>,
     /// Cells with treasures that were seen and not landed on, in index order.
     treasures: Vec<Cell>,

@@ -47,14 +47,14 @@ pub enum Kind {
     Lose {
         /// The stream.
         stream: Stream,
-        /// How many, each reader counted alone.
+        /// How many messages, each reader counted alone.
         messages: u64,
     },
     /// The next messages of a stream come twice.
     Duplicate {
         /// The stream.
         stream: Stream,
-        /// How many, each reader counted alone.
+        /// How many messages, each reader counted alone.
         messages: u64,
         /// How much later the second time, nanoseconds.
         later_ns: u64,
@@ -63,23 +63,23 @@ pub enum Kind {
     Delay {
         /// The stream.
         stream: Stream,
-        /// How many, each reader counted alone.
+        /// How many messages, each reader counted alone.
         messages: u64,
-        /// How late, nanoseconds.
+        /// How late the messages come, nanoseconds.
         ns: u64,
     },
     /// The next messages of a stream come the other way round.
     Reorder {
         /// The stream.
         stream: Stream,
-        /// How many, each reader counted alone.
+        /// How many messages, each reader counted alone.
         messages: u64,
         /// Nanoseconds between them.
         apart_ns: u64,
     },
     /// kill -9.
     Kill {
-        /// Whom.
+        /// The process that is killed.
         victim: Victim,
         /// Until a supervisor starts it again, nanoseconds.
         restart_ns: u64,
@@ -95,16 +95,16 @@ pub enum Kind {
     },
     /// SIGSTOP, then SIGCONT.
     Stop {
-        /// Whom.
+        /// The process that is stopped.
         victim: Victim,
-        /// For how long, nanoseconds.
+        /// For how long it is stopped, nanoseconds.
         ns: u64,
     },
     /// SIGSTOP at a named point of the shells, then SIGCONT.
     StopAt {
         /// The point.
         point: &'static str,
-        /// For how long, nanoseconds.
+        /// For how long the process is stopped, nanoseconds.
         ns: u64,
     },
     /// kill -9 in the midst of the next write to the journal.
@@ -120,7 +120,7 @@ pub enum Kind {
         room: u64,
         /// Whether nothing can be cut off either.
         stubborn: bool,
-        /// For how long, nanoseconds.
+        /// For how long the disk is full, nanoseconds.
         ns: u64,
     },
     /// Another planner comes.
@@ -153,7 +153,7 @@ pub enum Kind {
     },
     /// hopper-sim is killed, and its journal loses its last records; all others live on.
     LoseTail {
-        /// How many.
+        /// How many records are lost.
         records: u64,
         /// Until a supervisor starts it again, nanoseconds.
         restart_ns: u64,
@@ -173,16 +173,16 @@ pub enum Kind {
     Misplaced {
         /// What the disk says.
         place: Place,
-        /// For how long, nanoseconds.
+        /// For how long the path is misplaced, nanoseconds.
         ns: u64,
     },
     /// The next plans of a planner take long.
     Slow {
-        /// Whose.
+        /// The planner whose plans take long.
         victim: Victim,
-        /// How many.
+        /// How many plans take long.
         plans: u64,
-        /// For how long, nanoseconds.
+        /// How long each plan takes, nanoseconds.
         ns: u64,
     },
     /// A planner of another build comes, and means to take over.
@@ -274,7 +274,8 @@ impl Forgery {
         }
     }
 
-    /// Those that can be where these missions are: some need several robots, and some need routes.
+    /// The forgeries that are possible in these missions: some need several robots, and some need
+    /// routes.
     #[must_use]
     pub fn of(missions: Missions) -> &'static [Forgery] {
         let count = match missions {

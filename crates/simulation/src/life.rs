@@ -59,7 +59,7 @@ pub(crate) struct Life {
     /// Of a planner: the state it knows, as (run, decision, published), and who leads there since when.
     pub state_seen: Cell<Option<(RunId, Decision, MonotonicNs)>>,
     pub leader_seen: Cell<(Leader, MonotonicNs)>,
-    /// That when its present turn began, with the number of the turn: of several states only the last counts.
+    /// Who led there when its present turn began, with the number of the turn: of several states only the last counts.
     pub leader_at_turn: Cell<(u64, (Leader, MonotonicNs))>,
     /// Of a planner of rovers: the decision of the robots it knows, and who leads each since when.
     pub team_seen: RefCell<Option<TeamSeen>>,
@@ -129,8 +129,10 @@ impl Life {
     pub fn leader_in_team(&self, command: &Command) -> Option<(Leader, MonotonicNs)> {
         let seen = self.team_seen.borrow();
         let (run, decision, leaders) = seen.as_ref()?;
-        let answers = (*run, *decision) == (command.run, command.decision);
-        leaders.get(usize::from(command.robot.0)).copied().filter(|_| answers)
+        if (*run, *decision) != (command.run, command.decision) {
+            return None;
+        }
+        leaders.get(usize::from(command.robot.0)).copied()
     }
 
     /// Whether it could plan for `decision` of the run, and sits idle instead.

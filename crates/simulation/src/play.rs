@@ -132,7 +132,9 @@ impl<'a> Play<'a> {
     /// What the robot that is due is told to do, with the route that it announces.
     fn action(&mut self, robot: RobotId) -> (Action, Option<Route>) {
         let blocked = self.robots.blocked_action(self.mission);
-        if let Some(action) = blocked.filter(|_| self.chance.one_in(2)) {
+        if let Some(action) = blocked
+            && self.chance.one_in(2)
+        {
             return (action, None);
         }
         let vehicle = self.mission.fleet.as_ref().map(|fleet| fleet.robots[usize::from(robot.0)].vehicle);

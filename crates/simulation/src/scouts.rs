@@ -101,11 +101,11 @@ pub(crate) struct Scouts {
     pub shown: Vec<Shown>,
     /// What a camera that errs reads of each cell.
     readings: Vec<Option<DriveSpeed>>,
-    /// How often such a camera is right.
+    /// How often a camera that errs is right.
     accuracy: f64,
     /// Published by planners in any run, executed or not.
     announced: Announced,
-    /// Those that decisions have announced, in their order.
+    /// The routes that decisions have announced, in their order.
     routes: Vec<(RouteId, Vec<Waypoint>)>,
     actor: Option<usize>,
     /// When the last action began and whoever acts next is ready, nanoseconds of simulated time.
@@ -220,7 +220,7 @@ impl Scouts {
         self.scouts.iter().map(|scout| scout.halts).max().unwrap_or_default()
     }
 
-    /// Whether that robot has moved since the last of them ended.
+    /// Whether `robot` has moved since the last stage ended.
     pub fn has_moved_in_stage(&self, robot: RobotId) -> bool {
         let ended = self.scouts.iter().filter_map(|scout| scout.halted).max();
         self.scouts.get(usize::from(robot.0)).is_some_and(|scout| scout.moved > ended)

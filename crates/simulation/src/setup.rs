@@ -29,16 +29,17 @@ static BRIEF: LazyLock<Brief> = LazyLock::new(|| {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Missions {
-    /// Those of a single hopper.
+    /// A hopper alone.
     #[default]
     Hopper,
-    /// Those of two or three rovers that cover ground.
+    /// Two or three rovers that cover ground.
     Rovers,
-    /// Those of a rover that drives to a goal over ground of uncertain speed, and one or two helicopters that look ahead.
+    /// A rover that drives to a goal over ground of uncertain speed, and one or two helicopters
+    /// that look ahead.
     Scouts,
-    /// Those of a hopper, and one or two helicopters that look ahead for it.
+    /// A hopper, and one or two helicopters that look ahead for it.
     Accompanied,
-    /// Those of two to five robots of any kind, each with a task of its own.
+    /// Two to five robots of any kind, each with a task of its own.
     Mixed,
 }
 

@@ -43,7 +43,7 @@ pub fn shrink(plan: &Plan, rule: &str, mut fails: impl FnMut(&Plan) -> Option<Vi
     smallest
 }
 
-/// The same fault, a little less of it.
+/// Faults of the same kind, each a little milder.
 fn milder(fault: &Fault) -> Vec<Fault> {
     let mut milder = Vec::new();
     let mut less = |change: &dyn Fn(&mut Fault)| {

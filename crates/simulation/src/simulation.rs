@@ -61,7 +61,7 @@ pub struct Report {
     pub virtual_ns: u64,
     /// Longest time in which nothing was executed and no fault was felt, nanoseconds.
     pub idle_ns: u64,
-    /// Longest time of these in which no plan, pause, action or reservation explained it either, nanoseconds.
+    /// Longest time in which nothing was executed and no fault, plan, pause, action or reservation explains it, nanoseconds.
     pub calm_ns: u64,
     /// How often each event happened that the simulation shall meet.
     pub coverage: Coverage,
@@ -94,7 +94,8 @@ pub fn simulate(plan: &Plan, traced: bool) -> Report {
     run(plan, None, traced)
 }
 
-/// The same with a mission of the caller's, whose vehicles are those that `plan` is made for.
+/// Simulates `plan` on a mission of the caller's, whose vehicles are those that the plan is made
+/// for.
 #[must_use]
 pub fn simulate_given(plan: &Plan, given: &Given, traced: bool) -> Report {
     run(plan, Some(given), traced)
@@ -807,7 +808,9 @@ impl<'a> Simulation<'a> {
             });
         }
         let differs = records.iter().zip(&undisturbed).find(|(is, due)| is.observation != due.observation);
-        if let Some((record, _)) = differs.filter(|_| last == need) {
+        if last == need
+            && let Some((record, _)) = differs
+        {
             let decision = record.decision;
             checker.violate("every decision was taken on the map of the undisturbed mission", || {
                 format!("decision {decision} was taken on another")

@@ -49,7 +49,7 @@ impl Mapper {
 /// A plan of a life of a planner.
 #[derive(Clone, Copy, Debug)]
 struct Planned {
-    /// Of the map that it was given.
+    /// When the map that the plan was given was sensed.
     sensed: MonotonicNs,
     map_published: MonotonicNs,
     started: MonotonicNs,
@@ -72,7 +72,8 @@ impl Planned {
 pub(crate) struct Landing {
     /// The robot whose turn it was.
     pub robot: RobotId,
-    /// As the journal has it: the commit is the moment at which its append was requested.
+    /// The times in the journal, in which the commit is the moment at which the append was
+    /// requested.
     pub journalled: Timing,
     /// With the true moment of the commit; `None` if nobody lived to see it.
     pub committed: Option<MonotonicNs>,

@@ -39,7 +39,7 @@ struct Flying {
 }
 
 impl Tempo {
-    /// That of a life which has landed nothing yet.
+    /// The tempo of a life of hopper-sim that has landed nothing yet.
     pub fn begin(obeys: bool, pace: Pace) -> Self {
         let window = (MonotonicNs(0), 0);
         Self { obeys, pace, paused: false, step: false, window, flying: None, landed: None }

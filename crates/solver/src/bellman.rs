@@ -9,7 +9,8 @@ pub fn action_values(world: &GridWorld, values: &[f64], node: usize) -> [f64; 4]
     hop_values(world, node, |to| world.afterstate_value(values, to))
 }
 
-/// The same, with the afterstate value of a node given by `afterstate`.
+/// The values of the four hops at `node`, with the afterstate value of a node given by
+/// `afterstate`.
 pub(crate) fn hop_values(world: &GridWorld, node: usize, afterstate: impl Fn(usize) -> f64) -> [f64; 4] {
     let rules = world.rules();
     let wait = world.soil(node).wait;

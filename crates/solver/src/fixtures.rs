@@ -100,7 +100,7 @@ impl Fixture {
         self.build(true)
     }
 
-    /// The same world before anything of it has been seen: flat, hard, at height 0, where it is not the
+    /// The world before anything of it has been seen: flat, hard, at height 0, where it is not the
     /// goal; the ranges that payoffs are normalised by are known beforehand.
     ///
     /// # Errors

@@ -29,9 +29,10 @@ impl GoalSearch {
                 let landings =
                     [(hop, scatter.intended), (hop.left(), scatter.left), (hop.right(), scatter.right)];
                 for (towards, probability) in landings {
-                    let Some(to) = world.neighbour(from, towards).filter(|_| probability > 0.0) else {
+                    if probability <= 0.0 {
                         continue;
-                    };
+                    }
+                    let Some(to) = world.neighbour(from, towards) else { continue };
                     if !self.reached[to] {
                         self.reached[to] = true;
                         self.open.push(to);

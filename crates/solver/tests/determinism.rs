@@ -22,7 +22,8 @@ fn agree(world: &GridWorld) {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(300))]
 
-    /// P-SAME-BITS.
+    /// P-SAME-BITS: Values have the same bits on every instruction set, with one thread or two,
+    /// whatever was solved before.
     #[test]
     fn every_instruction_set_gives_the_same_bits(seed: u64) {
         agree(&random(seed));

@@ -159,7 +159,9 @@ fn fly(mission: &Mission, seed: u64, tally: &mut Tally) {
     }
 }
 
-/// P-SAME-HOP.
+/// P-SAME-HOP: Warm, focused and cold decisions are the same hop, whatever the history, including
+/// ties: on small maps and on larger ones, with goals in a corner, at a side and well inside.
+/// `ONLINE_HOPS=300000` makes the tests compare that many hops.
 #[test]
 fn warm_cold_and_canonical_decisions_are_the_same_on_every_land() {
     let lands = [Land::Flat, Land::Rough, Land::Trap, Land::Rocky, Land::Doubtful];
@@ -249,7 +251,8 @@ fn the_margin_and_the_bound_of_a_decision_hold() {
     }
 }
 
-/// P-AT-REST.
+/// P-AT-REST: Values updated after a change satisfy Bellman's equation everywhere, within the
+/// certificate.
 #[test]
 fn every_warm_residual_is_within_the_certificate_wherever_it_was_measured_last() {
     for land in [Land::Rough, Land::Trap, Land::Rocky] {
@@ -271,7 +274,7 @@ fn every_warm_residual_is_within_the_certificate_wherever_it_was_measured_last()
     }
 }
 
-/// P-AT-REST. Marks are stored for 64 blocks of 8 nodes in a word; here changes cross from word to word.
+/// P-AT-REST. A word of marks covers 64 blocks of 8 nodes; here changes cross from word to word.
 #[test]
 fn news_crosses_long_rings() {
     for (width, height, place) in [
@@ -371,7 +374,9 @@ fn the_slope_of_a_goal_is_no_news() {
     assert_eq!((after.action, after.work), (before.action, 0));
 }
 
-/// P-ENDS. Over-relaxed steps cycled here.
+/// P-ENDS: Every solve and every decision ends, on steep and slippery ground too.
+///
+/// Over-relaxed steps cycled here.
 #[test]
 fn a_relaxation_that_would_go_round_in_circles_comes_to_rest() {
     let rules = Rules { discount: DISCOUNT, loss: -100.0, leaving: Leaving::Stays, soils: vec![HARD, SAND] };

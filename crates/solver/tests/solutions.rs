@@ -21,7 +21,8 @@ fn error(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
 }
 
-/// P-CERTIFIED.
+/// P-CERTIFIED: Values lie within the error bound they carry, in trap worlds and in solves cut
+/// short too.
 #[test]
 fn values_lie_within_their_bound_of_the_linear_solve_on_hundreds_of_worlds() {
     let mut solver = Solver::new();
@@ -158,7 +159,8 @@ fn payoffs_beyond_single_precision_are_solved_to_the_limit_of_double_precision()
     assert!(error(solver.values(), &exact) <= 1e-9 * largest(&exact));
 }
 
-/// P-SOLVED-HONEST.
+/// P-SOLVED-HONEST: A solve is called solved only if its bound is finite and within the requested
+/// error: never if that error is negative, NaN, or below what floating point can certify.
 #[test]
 fn solved_means_that_the_bound_is_within_the_error_asked_for() {
     let world = |discount: f64, payoff: f64| {

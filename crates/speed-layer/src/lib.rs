@@ -114,7 +114,7 @@ impl SpeedLayer {
         })
     }
 
-    /// The same, of a cell of the observed map.
+    /// What is believed of the speed in cell `index` of the observed map, of which `seen` is known.
     #[must_use]
     pub fn estimate_seen(&self, index: usize, seen: Option<&Ground>) -> Option<SpeedEstimate> {
         let (speed, reading) = seen.map_or((None, None), |ground| (ground.speed, ground.reading));

@@ -18,7 +18,8 @@ fn priors() -> Vec<SpeedPrior> {
     vec![risky, risky, sure, risky]
 }
 
-/// P-SPEED-LAYER: the layer holds what planners count with, of each cell under the prior, a reading and a sight.
+/// P-SPEED-LAYER: Displays show the expected speed and spread that planners count with, under the
+/// prior, a reading and a sight.
 #[test]
 fn the_layer_is_what_planners_count_with() {
     let accuracy = 0.8;

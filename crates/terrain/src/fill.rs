@@ -85,7 +85,7 @@ pub(crate) enum Kind {
 pub struct Fill {
     /// The value, as the file stores it: before scale, offset and unit.
     pub value: f64,
-    /// Cells that hold it, of those that were asked for.
+    /// Cells that hold the value, among the cells that were read.
     pub cells: u64,
     /// Lowest and highest of the values that are not suspected, as stored; `None` if there are no others.
     pub others: Option<Range>,
@@ -399,7 +399,8 @@ mod tests {
         found
     }
 
-    /// P-DEM-FILL.
+    /// P-DEM-FILL: Values that look like nodata are left out with the same warning in every
+    /// command, until `--nodata` settles it.
     #[test]
     fn a_value_far_outside_of_all_others_is_suspected_at_either_end() {
         for (base_m, fill, cells) in [
@@ -428,7 +429,7 @@ mod tests {
         assert_eq!(suspected(&survey, HEIGHTS), [0.0]);
     }
 
-    /// P-DEM-FILL: neighbours do not hide each other, and neither do the two ends.
+    /// P-DEM-FILL. Suspicious values next to each other, or at both ends, do not hide each other.
     #[test]
     fn several_fills_are_suspected_together() {
         for fills in [
@@ -456,7 +457,7 @@ mod tests {
         }
     }
 
-    /// P-DEM-FILL: ground of few different values has fills as well.
+    /// P-DEM-FILL. Ground of few different values can have fills too.
     #[test]
     fn a_plateau_far_from_few_values_is_suspected() {
         for levels in [&[2700.0][..], &[2698.0, 2699.0, 2700.0, 2701.0, 2702.0], &[2699.0, 2700.0]] {
@@ -470,7 +471,7 @@ mod tests {
         }
     }
 
-    /// P-DEM-FILL: cells that hold nothing but a fill hold no ground.
+    /// P-DEM-FILL. A file of nothing but a fill has no ground.
     #[test]
     fn a_usual_fill_alone_is_suspected() {
         for fills in [&[-9999.0][..], &[-32768.0], &[-32768.0, -9999.0]] {
@@ -486,7 +487,7 @@ mod tests {
         assert!(suspected(&[1.0; 50], LAYER).is_empty());
     }
 
-    /// P-DEM-FILL: a part of a file is judged by the whole of it.
+    /// P-DEM-FILL. A part of a file is judged by the whole file.
     #[test]
     fn the_whole_file_decides_for_each_part() {
         let whole = with(&[0.0], 900);

@@ -322,7 +322,8 @@ mod tests {
         assert_eq!(radius_m(&[1, 1, 0, 2, 1024, 0, 1, 1, 3072, 0, 1, 4326], &[]), Some(EARTH_RADIUS_M));
     }
 
-    /// P-DEM-UNITS: keys, the code of a system and ESRI's text all say what unit coordinates and heights are in.
+    /// P-DEM-UNITS. Keys, the code of a system and ESRI's text each state the unit of coordinates
+    /// and heights.
     #[test]
     fn units_come_from_keys_codes_and_texts() {
         let pe = "ESRI PE String = PROJCS[\"p\",GEOGCS[\"g\",UNIT[\"Degree\",0.0174]],UNIT[\"Foot_US\",0.3048006096]]|";

@@ -25,16 +25,16 @@ pub enum Remark {
     ByteOrderMark,
     /// Cells hold values that are no heights of any body.
     BeyondHeights {
-        /// Cells that hold them.
+        /// Cells that hold such values.
         cells: u64,
-        /// Lowest of them, metres.
+        /// Lowest such value, metres.
         min_m: f64,
-        /// Highest of them, metres.
+        /// Highest such value, metres.
         max_m: f64,
     },
     /// Cells beside nodata hold heights between those of the ground and the value of nodata.
     InterpolatedNodata {
-        /// Cells that hold them.
+        /// Cells that hold such values.
         cells: u64,
     },
     /// No cell holds a value that was said to be nodata.

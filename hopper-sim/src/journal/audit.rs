@@ -60,9 +60,11 @@ pub(super) struct Audit {
     brief: Brief,
     /// Records so far.
     records: u64,
-    /// After the last record; so are the next two.
+    /// Digest after the last record.
     digest: Digest,
+    /// Status after the last record.
     status: Status,
+    /// Who leads each robot after the last record.
     leaders: BTreeMap<RobotId, Leader>,
     /// The mission as the records so far leave it, if its ground is at hand.
     arbiter: Option<Box<Arbiter>>,

@@ -59,7 +59,7 @@ impl JournalHeader {
         Self { brief: world.brief, seed, resolved: world.resolved.clone(), fleet: world.fleet.clone() }
     }
 
-    /// The same mission as another run.
+    /// The header of the same mission as another run.
     #[must_use]
     pub fn with_run(mut self, run: RunId) -> Self {
         self.brief.run = run;

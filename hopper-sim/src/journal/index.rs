@@ -45,8 +45,11 @@ impl Index {
     /// The record at or before `record` whose offset is known, with that offset; `None` if there is none
     /// such.
     pub fn before(&self, record: u64) -> Option<(u64, u64)> {
+        if record >= self.len {
+            return None;
+        }
         let mark = record / self.stride;
-        let offset = self.marks.get(usize::try_from(mark).ok()?).filter(|_| record < self.len)?;
+        let offset = self.marks.get(usize::try_from(mark).ok()?)?;
         Some((mark * self.stride, *offset))
     }
 }
@@ -55,7 +58,7 @@ impl Index {
 mod tests {
     use super::*;
 
-    /// P-JOURNAL-INDEX.
+    /// P-JOURNAL-INDEX: The memory that a journal takes does not grow with its length.
     #[test]
     fn every_record_is_found_from_a_mark_not_far_before_it_in_bounded_memory() {
         let mut index = Index::default();

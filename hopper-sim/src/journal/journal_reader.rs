@@ -73,7 +73,7 @@ impl<S: Storage> JournalReader<S> {
 pub struct Records<'a, S: Storage = File> {
     history: &'a JournalReader<S>,
     reader: Reader<'a, S>,
-    /// Those that the records so far announce.
+    /// The routes that the records so far announce.
     routes: Vec<Route>,
     ended: bool,
 }

@@ -83,7 +83,7 @@ pub struct Journal<S: Storage = File> {
     /// Where the last whole frame ends, bytes.
     end: u64,
     last: Option<Record>,
-    /// Those that records announce, in their order.
+    /// The routes that records announce, in their order.
     routes: Vec<Route>,
     torn_bytes: u64,
     /// Whether bytes may lie beyond `end`.

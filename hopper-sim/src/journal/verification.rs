@@ -20,7 +20,7 @@ pub struct Verification {
     pub run: RunId,
     /// Name of the scenario.
     pub scenario: Name,
-    /// Of all chance in the mission.
+    /// Seed of all chance in the mission.
     pub seed: u64,
     /// Reading of the model.
     pub profile: Profile,

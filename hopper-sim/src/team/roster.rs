@@ -17,7 +17,7 @@ pub struct Roster {
     actions_max: u64,
     /// The robot that acted last.
     actor: Option<RobotId>,
-    /// When it began to, nanoseconds of simulated time.
+    /// When the last action began, nanoseconds of simulated time.
     acted_at_ns: u64,
 }
 
@@ -31,7 +31,7 @@ pub struct Entry {
     /// The last decision that was its turn.
     pub last: Option<Decision>,
     actions: u64,
-    /// Those of them by which it waited for others.
+    /// Actions by which it waited for others.
     waits: u64,
     /// The number of the action, from 1, at which it fails.
     fails_at: Option<u64>,
@@ -155,7 +155,7 @@ impl Roster {
         self.entries.iter().map(|entry| entry.actions).max().unwrap_or_default()
     }
 
-    /// The same, but for those by which a robot waited for others.
+    /// The most actions of a robot, not counting those by which it waited for others.
     #[must_use]
     pub fn steps_without_waits(&self) -> u64 {
         self.entries.iter().map(|entry| entry.actions - entry.waits).max().unwrap_or_default()

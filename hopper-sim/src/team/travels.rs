@@ -22,11 +22,12 @@ pub const START_TOLERANCE_M: f64 = 1e-6;
 /// The routes of a mission, and where robots are on them.
 #[derive(Clone, Debug)]
 pub struct Travels {
-    /// In the order of the robots' numbers; so are `offers`. `None` for one that goes from cell to cell.
+    /// Where each robot is on its route, in the order of their numbers; `None` for one that goes
+    /// from cell to cell.
     travels: Vec<Option<Travel>>,
     /// All routes that were announced.
     routes: Routes,
-    /// Routes received from planners that no command has named yet.
+    /// Routes received from planners that no command has named yet, by the robots' numbers.
     offers: Vec<VecDeque<Route>>,
 }
 

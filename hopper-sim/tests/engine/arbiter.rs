@@ -11,7 +11,7 @@ use crate::fixture::{
     EAST, Host, LINGER_NS, RUN, WEST, beat, command, mission, name, sure_mission, undisturbed,
 };
 
-/// The same command from another planner, for `term`.
+/// The command as another planner would send it, for `term`.
 fn rival(command: Command, term: u64) -> Command {
     Command { term: Term(term), incarnation: Incarnation(2), pid: 200, planner: name("greedy"), ..command }
 }
@@ -63,7 +63,7 @@ fn the_state_is_published_again_unchanged_every_period() {
     assert_eq!(arbiter.wake_at(), Some(due.plus_ns(REPUBLISH_NS)));
 }
 
-/// P-COMMIT.
+/// P-COMMIT: Nothing is published before the journal holds it.
 #[test]
 fn nothing_is_published_before_the_journal_holds_it() {
     let (mut arbiter, record) = committing(Pace::Max);
@@ -109,7 +109,7 @@ fn the_record_says_who_commanded_what_and_continues_the_chain() {
     assert!(matches!(effects[..], [Effect::Append(Record { cut: true, .. })]) && !record.cut, "{effects:?}");
 }
 
-/// P-TERM.
+/// P-TERM: A stale term is refused; the next term takes over by compare-and-swap.
 #[test]
 fn the_current_term_goes_on_and_a_stale_one_is_refused() {
     let mut host = led();
@@ -122,6 +122,7 @@ fn the_current_term_goes_on_and_a_stale_one_is_refused() {
     assert_eq!(host.arbiter.refusals().of("stale_term"), 1);
 }
 
+/// P-TERM.
 #[test]
 fn the_next_term_takes_over_by_compare_and_swap_and_a_leap_is_refused() {
     let mut host = led();
@@ -132,7 +133,8 @@ fn the_next_term_takes_over_by_compare_and_swap_and_a_leap_is_refused() {
     assert_eq!((leader.term, leader.incarnation, leader.planner), (Term(2), Incarnation(2), name("greedy")));
 }
 
-/// P-BID.
+/// P-BID: A takeover that arrived too late gets the next decision, in a team the next decision of
+/// its robot. One that falls silent delays nobody for long.
 #[test]
 fn a_takeover_that_came_too_late_gets_the_next_decision() {
     let mut arbiter = led().arbiter;
@@ -147,6 +149,7 @@ fn a_takeover_that_came_too_late_gets_the_next_decision() {
     assert!(matches!(effects[..], [Effect::Append(record)] if record.leader.term == Term(2)), "{effects:?}");
 }
 
+/// P-BID.
 #[test]
 fn a_takeover_that_falls_silent_keeps_nobody_waiting_for_long() {
     let mut arbiter = led().arbiter;
@@ -265,7 +268,8 @@ fn one_life_may_not_lead_a_term_under_two_names() {
     assert_eq!(host.refused, ["not_leader"]);
 }
 
-/// P-ONCE.
+/// P-ONCE: A repeated decision gets its recorded outcome, and is executed once however often its
+/// command arrives.
 #[test]
 fn a_repeated_decision_gets_the_recorded_outcome() {
     let mut host = led();
@@ -278,6 +282,7 @@ fn a_repeated_decision_gets_the_recorded_outcome() {
     assert_eq!(host.records.len(), 1);
 }
 
+/// P-ONCE.
 #[test]
 fn a_repeated_command_executes_once_however_often_it_comes() {
     let mut host = led();
@@ -301,7 +306,8 @@ fn a_wrong_run_or_robot_or_a_future_decision_is_refused_and_counted() {
     assert_eq!(host.records.len(), 1);
 }
 
-/// P-TIMELINE: planned on a past that the journal has lost meanwhile, for a decision that is due again.
+/// P-TIMELINE. The command was planned on a past that the journal has lost since, for a decision
+/// that is due again.
 #[test]
 fn a_command_planned_on_another_past_is_refused_and_its_sender_hears_the_state() {
     let mut host = led();
@@ -363,6 +369,7 @@ fn a_mission_that_is_over_or_under_way_with_a_fallback_needs_nobody() {
     assert!(!is_manned(&led().arbiter, &[]), "there is no deadline");
 }
 
+/// P-FULL.
 #[test]
 fn a_failed_append_keeps_the_very_record_and_draws_nothing_anew() {
     let (mut arbiter, record) = committing(Pace::Max);

@@ -118,8 +118,8 @@ impl Witness {
     fn proves_alive(&mut self) {
         self.on(Event::Tick);
         self.answer(true);
-        while let Some(wake) =
-            self.arbiter.wake_at().filter(|_| self.arbiter.state().decision.0 < self.records.len() as u64)
+        while self.arbiter.state().decision.0 < self.records.len() as u64
+            && let Some(wake) = self.arbiter.wake_at()
         {
             self.now = self.now.max(wake);
             self.on(Event::Tick);

@@ -44,7 +44,7 @@ fn a_pause_holds_the_landing_and_costs_no_decision_time() {
     assert_eq!(host.state().landed, host.now, "the pause belongs to the flight");
 }
 
-/// P-CONTROL: a pause is in no decision's time, so no deadline passes in it.
+/// P-CONTROL. A pause counts for no decision's time, so no deadline expires in it.
 #[test]
 fn no_fallback_acts_in_a_pause() {
     let mut mission = mission();
@@ -102,7 +102,7 @@ fn a_new_pace_counts_for_the_hop_in_the_air() {
     assert_eq!(host.arbiter.pacing().pace, Pace::Max);
 }
 
-/// P-WEB-LEAVE: whatever a page tells it, hopper-sim started without `--control` obeys no order.
+/// P-WEB-LEAVE. Whatever a page tells it, hopper-sim started without `--control` obeys no order.
 #[test]
 fn without_leave_or_for_another_run_or_robot_or_in_a_flood_orders_are_refused_and_counted() {
     let mut deaf = Host::new(mission(), Vec::new(), Pace::Max);
@@ -127,7 +127,8 @@ fn without_leave_or_for_another_run_or_robot_or_in_a_flood_orders_are_refused_an
 }
 
 proptest! {
-    /// P-CONTROL: the digest depends on no order, whatever comes when.
+    /// P-CONTROL: No digest depends on pause, step, pace or hand-over, whatever their timing, and
+    /// no deadline expires during a pause.
     #[test]
     fn no_order_changes_an_outcome(
         orders in prop::collection::vec((0u8..6, 0u64..2 * SECOND_NS), 1..60),

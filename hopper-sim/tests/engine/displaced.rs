@@ -13,7 +13,8 @@ use tempfile::tempdir;
 use crate::fixture::{header, mission, undisturbed};
 use crate::journal::Written;
 
-/// P-LOCK-FILE: the lock is on the file of the records, so that removing the other lets nobody in.
+/// P-LOCK-FILE: The lock is on the file of the records: removing the directory's lock file lets no
+/// second writer in, and a refused process creates no file.
 #[test]
 fn removing_the_lock_file_lets_no_second_writer_in() {
     let written = Written::of(undisturbed()[..3].to_vec());
@@ -39,7 +40,9 @@ fn a_journal_is_locked_from_its_creation_on() {
 type Displace = fn(&Path, &Path);
 type Expect = fn(&Displacement) -> bool;
 
-/// P-DISPLACED: a journal that was deleted, moved, replaced or resized takes no record until it is back.
+/// P-DISPLACED: Before each append the journal is looked up at its path. If it was deleted, moved,
+/// replaced, cut or written to by another process, nothing is appended until the same file is back,
+/// and the error says what happened to it.
 #[test]
 fn nothing_is_appended_to_a_journal_that_is_no_longer_at_its_path() {
     let all = undisturbed();
@@ -104,7 +107,7 @@ fn nothing_is_appended_to_a_journal_that_is_no_longer_at_its_path() {
     }
 }
 
-/// P-PAST-LOST: records that were changed in place, so that path and length are as they were.
+/// P-PAST-LOST. The records were changed in place, so path and length are unchanged.
 #[test]
 fn no_page_is_served_of_records_that_were_not_appended() {
     let written = Written::new();
@@ -119,7 +122,8 @@ fn no_page_is_served_of_records_that_were_not_appended() {
     assert_eq!(journal.page(Decision(0)).unwrap().records, written.records);
 }
 
-/// P-NO-LINK: a symbolic link in place of any file of the journal is refused, and what it leads to is left as it was.
+/// P-NO-LINK: A symbolic link in place of a file to write is refused, and its target is left as it
+/// was.
 #[test]
 fn no_symbolic_link_is_followed() {
     let target = tempdir().unwrap();
@@ -146,7 +150,8 @@ fn no_symbolic_link_is_followed() {
     assert_eq!(fs::read_to_string(&precious).unwrap(), "theirs");
 }
 
-/// P-FOREIGN-OWNER: a journal's folder or file of another user is refused, with path and both users named.
+/// P-FOREIGN-OWNER: A journal or an output directory of another user is refused, and the error
+/// names its path and its owner.
 #[test]
 fn a_journal_of_another_user_is_refused_with_its_owner_named() {
     if !rustix::process::geteuid().is_root() {

@@ -116,7 +116,9 @@ fn records_in(file: LossyFile) -> u64 {
     reader.records().map(Result::unwrap).count() as u64
 }
 
-/// P-SYNC: the header and the name of a new journal.
+/// P-SYNC: With `--sync`, a loss of power loses no record that a journal holds: its name, its
+/// header, each record, and what an earlier process wrote without syncing are on the disk before
+/// they count.
 #[test]
 fn a_new_journal_survives_a_loss_of_power_with_header_and_name() {
     let folder = LossyFolder::default();
@@ -167,7 +169,7 @@ fn a_journal_has_its_name_only_once_its_header_is_on_the_disk() {
     assert_eq!(records_in(folder.0.file(FILE_NAME).unwrap()), 0);
 }
 
-/// P-SYNC: the header of a journal in a file that is there already.
+/// P-SYNC. Here the header is written into an existing file.
 #[test]
 fn a_header_written_into_a_file_survives_a_loss_of_power() {
     let file = LossyFile::default();
@@ -176,7 +178,8 @@ fn a_header_written_into_a_file_survives_a_loss_of_power() {
     assert_eq!(records_in(file), 0);
 }
 
-/// P-SYNC: what an earlier life wrote without syncing is published again by the next, and so must be kept by it.
+/// P-SYNC. The next process publishes what an earlier one wrote without syncing, so it must sync it
+/// first.
 #[test]
 fn what_an_earlier_life_wrote_survives_a_loss_of_power_once_it_is_reopened() {
     for torn in [&b""[..], b"torn"] {
@@ -196,8 +199,9 @@ fn what_an_earlier_life_wrote_survives_a_loss_of_power_once_it_is_reopened() {
     }
 }
 
-/// P-SYNC: the power may fail between the cut of a torn tail and the next append, and the tail be there again. However much of the
-/// tail had been written, and whatever is appended over it, no record is lost or another.
+/// P-SYNC. The power may fail between the cut of a torn tail and the next append, so that the tail
+/// is back. However much of the tail was written, and whatever is appended over it, no record is
+/// lost or changed.
 #[test]
 fn a_torn_tail_that_is_there_again_after_a_loss_of_power_is_cut_again() {
     let records = undisturbed();
@@ -235,7 +239,8 @@ fn a_torn_tail_that_is_there_again_after_a_loss_of_power_is_cut_again() {
     }
 }
 
-/// P-SYNC: what a failed append left is cut before the next, though the first attempt to cut it failed too.
+/// P-SYNC. What a failed append left is cut before the next, though the first attempt to cut it
+/// failed too.
 #[test]
 fn what_a_failed_append_left_is_cut_before_the_next_though_it_could_not_be_cut_at_once() {
     /// A file of which nothing can be cut off for a while, and into which only so much can be written.

@@ -99,6 +99,7 @@ fn the_outcome_depends_on_seed_and_decision_and_action_alone() {
     }
 }
 
+/// P-PHYSICS.
 #[test]
 fn landings_scatter_as_the_law_says() {
     // 20,000 keyed draws against the transition row; the tolerance is five standard deviations.

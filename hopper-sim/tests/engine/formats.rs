@@ -59,7 +59,8 @@ fn refusal(dir: &Path) -> JournalError {
     error
 }
 
-/// P-JOURNAL-HEADER.
+/// P-JOURNAL-HEADER: The header of a journal names its format, the build that wrote it and each of
+/// its fields; that of each kind of mission is read back as it was written.
 #[test]
 fn the_header_of_each_kind_of_mission_names_itself_and_is_read_back_whole() {
     let kinds = ["hard", "treasures", "patrol", "coverage", "rover-helicopter", "hopper-scout", "expedition"];
@@ -81,7 +82,7 @@ fn the_header_of_each_kind_of_mission_names_itself_and_is_read_back_whole() {
     }
 }
 
-/// P-OTHER-FORMAT: whatever stands behind the first bytes.
+/// P-OTHER-FORMAT. The first bytes decide, whatever follows them.
 #[test]
 fn a_journal_of_an_older_format_is_refused_with_the_build_that_reads_it() {
     let (dir, bytes) = begun(&header("hard"));
@@ -96,7 +97,7 @@ fn a_journal_of_an_older_format_is_refused_with_the_build_that_reads_it() {
     }
 }
 
-/// P-OTHER-FORMAT
+/// P-OTHER-FORMAT.
 #[test]
 fn a_journal_of_a_newer_format_is_refused_with_the_build_that_wrote_it() {
     let (dir, bytes) = begun(&header("hard"));
@@ -112,7 +113,8 @@ fn a_journal_of_a_newer_format_is_refused_with_the_build_that_wrote_it() {
     assert!(matches!(refusal(dir.path()), JournalError::BadHeader { .. }));
 }
 
-/// P-HEADER-FIELDS
+/// P-HEADER-FIELDS: An unknown field of a journal's header is refused by name; a missing one has
+/// its default, or is refused by name.
 #[test]
 fn a_field_of_the_header_that_is_not_known_is_refused_by_name() {
     let (dir, bytes) = begun(&header("expedition"));
@@ -139,7 +141,7 @@ fn a_field_of_the_header_that_is_not_known_is_refused_by_name() {
     assert!(refusal(dir.path()).to_string().len() < 600);
 }
 
-/// P-HEADER-FIELDS
+/// P-HEADER-FIELDS.
 #[test]
 fn a_field_that_the_header_leaves_out_has_its_default_or_is_refused_by_name() {
     let header = header("rover-helicopter");

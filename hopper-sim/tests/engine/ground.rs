@@ -54,7 +54,9 @@ impl Begun {
     }
 }
 
-/// P-NO-GROUND
+/// P-NO-GROUND: If a file of the ground is missing or has other contents, a journal is verified
+/// without executing its records, and the answer says so; it is not drawn, viewed, repeated or
+/// compared with lockstep. A scenario without files always has its ground.
 #[test]
 fn without_its_ground_a_mission_is_verified_and_not_shown() {
     type Change = fn(&Path);
@@ -82,7 +84,7 @@ fn without_its_ground_a_mission_is_verified_and_not_shown() {
     }
 }
 
-/// P-NO-GROUND
+/// P-NO-GROUND.
 #[test]
 fn another_ground_is_told_from_another_brief() {
     let begun = Begun::new();
@@ -112,7 +114,7 @@ fn another_ground_is_told_from_another_brief() {
     assert_eq!(fault(&JournalHeader { resolved, ..begun.header() }).as_deref(), Some("resolved"));
 }
 
-/// P-JOURNAL-FIELD: what the hash leaves out may differ, whatever else the text says may not.
+/// P-JOURNAL-FIELD. Only what the hash leaves out may differ.
 #[test]
 fn a_text_that_differs_under_the_same_hash_is_refused_by_field() {
     let begun = Begun::new();

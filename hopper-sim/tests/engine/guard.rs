@@ -77,7 +77,7 @@ fn the_slope_underfoot_is_what_the_observed_map_has() {
     assert!((north - 0.05 * (1.0 + t)).abs() < 1e-12, "{north}");
 }
 
-/// P-GUARD-UNSEEN: whatever lies beyond the sensor changes no veto.
+/// P-GUARD-UNSEEN: What cannot be seen changes no veto.
 #[test]
 fn what_cannot_be_seen_from_here_changes_no_hazard() {
     let mission = guarded(Cell::new(1, 2), &[Cell::new(4, 5), Cell::new(3, 3)], 1.0, 0);
@@ -94,7 +94,8 @@ fn what_cannot_be_seen_from_here_changes_no_hazard() {
     }
 }
 
-/// P-GUARD-REACH.
+/// P-GUARD-REACH: A landing one hop ahead is seen and guarded at the smallest sensing radius,
+/// whatever the rounding of cells and hops.
 #[test]
 fn a_rock_one_hop_ahead_is_seen_at_the_smallest_radius_whatever_the_rounding() {
     let mut rounded = 0;
@@ -118,7 +119,9 @@ fn a_rock_one_hop_ahead_is_seen_at_the_smallest_radius_whatever_the_rounding() {
     assert!(rounded > 10, "{rounded} cases in point");
 }
 
-/// P-GUARD.
+/// P-GUARD: A hop into danger that is visible from where the hopper stands is vetoed, whoever
+/// commands it. The veto is named in the state, counted and journalled, and another command can be
+/// executed.
 #[test]
 fn a_vetoed_command_is_refused_by_name_told_and_journaled_and_another_is_executed() {
     let mut host = host(guarded(Cell::new(0, 4), &[], 0.25, 0));
@@ -175,7 +178,8 @@ fn a_life_that_is_resumed_vetoes_the_same() {
     assert_eq!(second.refused, ["vetoed"]);
 }
 
-/// P-FALLBACK.
+/// P-FALLBACK: At the deadline the fallback acts: by the last policy, else greedily, else it holds.
+/// Leader and term stay unchanged.
 #[test]
 fn at_the_deadline_the_fallback_acts_greedily_and_the_command_stays_where_it_is() {
     let mut host = host(guarded(Cell::new(1, 2), &[Cell::new(2, 2)], 0.25, DEADLINE_NS));
@@ -211,6 +215,7 @@ fn without_a_deadline_the_hopper_stands_still_for_ever() {
     assert!(host.records.is_empty());
 }
 
+/// P-FALLBACK.
 #[test]
 fn the_last_policy_of_the_algorithm_in_command_comes_first_if_the_guard_lets_it_pass() {
     let mission = guarded(Cell::new(1, 4), &[], 0.25, DEADLINE_NS);
@@ -254,6 +259,7 @@ fn a_policy_of_another_run_robot_size_or_future_is_not_kept() {
     }
 }
 
+/// P-FALLBACK.
 #[test]
 fn where_nothing_is_safe_the_fallback_holds() {
     let rocks = [Cell::new(1, 0), Cell::new(0, 1)];
@@ -282,7 +288,7 @@ fn what_the_fallback_did_is_not_repeated_after_the_end() {
     assert_eq!(host.records.len(), flown);
 }
 
-/// P-FALLBACK-REPEATED.
+/// P-FALLBACK-REPEATED: A mission with fallbacks is repeated from its records, without a clock.
 #[test]
 fn a_mission_with_fallbacks_is_repeated_from_its_records_without_a_clock() {
     let mission = guarded(Cell::new(1, 4), &[], 0.25, DEADLINE_NS);

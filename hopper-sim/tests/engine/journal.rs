@@ -95,7 +95,9 @@ fn what_was_appended_is_read_back_by_page_by_record_and_after_reopening() {
     assert_eq!(journal.header(), &header(&mission()));
 }
 
-/// P-INDEX: beyond 16,384 records only some offsets are kept, and the rest is walked.
+/// P-INDEX: A page of a journal can begin at any record, however long the journal is.
+///
+/// Beyond 16,384 records only some offsets are kept; records between them are found by reading.
 #[test]
 fn any_page_of_a_long_journal_begins_where_it_is_asked_for() {
     let mut records = undisturbed();
@@ -117,6 +119,7 @@ fn any_page_of_a_long_journal_begins_where_it_is_asked_for() {
     }
 }
 
+/// P-TORN.
 #[test]
 fn cut_at_every_byte_it_is_read_up_to_its_last_whole_record() {
     let written = Written::new();
@@ -342,7 +345,8 @@ fn journal_and_directory_are_for_the_owner_only() {
     assert_eq!(mode(&journal.join("lock")), 0o600);
 }
 
-/// P-FULL.
+/// P-FULL: On a full disk only whole records are left, and the same record is written once there is
+/// space.
 #[test]
 fn a_full_disk_leaves_whole_records_only_and_the_very_same_one_fits_later() {
     use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};

@@ -124,7 +124,7 @@ fn while_the_mission_is_underway_nobody_ends_it() {
     assert_eq!(host.finished, []);
 }
 
-/// P-ANNOUNCE.
+/// P-ANNOUNCE: A peer that has missed the brief is sent it again.
 #[test]
 fn a_peer_that_goes_on_without_knowing_the_run_is_told_of_it_again() {
     let mut host = Host::fresh();
@@ -151,8 +151,8 @@ fn a_peer_that_goes_on_without_knowing_the_run_is_told_of_it_again() {
     assert_eq!(hear_for(&mut host, 40, &rival), 0, "another hopper-sim has a run of its own");
 }
 
-/// P-ANNOUNCE: a peer that went before it knew the run keeps no other from it, and its wait counts for no one who comes much
-/// later.
+/// P-ANNOUNCE. A peer that left before it knew the run does not delay others, and its wait does not
+/// count for a peer that comes much later.
 #[test]
 fn a_peer_that_went_before_it_knew_the_run_makes_room_for_another() {
     let mut host = Host::fresh();

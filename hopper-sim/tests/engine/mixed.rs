@@ -96,7 +96,8 @@ impl Host {
 
 const EAST: Action = Action::Hop(Direction::East);
 
-/// P-MIXED-OCCUPIED: no hop aims at a cell that another robot takes up; neither does a step, or a drive at its end.
+/// P-MIXED-OCCUPIED: No hop, step or drive may aim at a cell that another robot on the ground
+/// occupies: the command is refused by name.
 #[test]
 fn who_aims_at_an_occupied_cell_is_refused_by_name() {
     let helicopter = "[[robots]]\nvehicle = \"helicopter\"\nstart = [2, 3]\nspeed_mps = 5.0\n";
@@ -125,7 +126,8 @@ fn who_aims_at_an_occupied_cell_is_refused_by_name() {
     occupied(host.send(2, Action::Drive), 1);
 }
 
-/// P-MANNED: a planner of another robot is not the one of the robot that is due, and only robots that act need one.
+/// P-MANNED. A planner of another robot does not count for the robot that is due; only acting
+/// robots need one.
 #[test]
 fn a_team_is_manned_by_the_planner_of_the_robot_that_is_due() {
     let now = MonotonicNs(2);
@@ -153,7 +155,8 @@ fn a_team_is_manned_by_the_planner_of_the_robot_that_is_due() {
     );
 }
 
-/// P-MIXED-GOAL: a rover that covers ground never steps onto the goal of a hopper, whoever commands it.
+/// P-MIXED-GOAL: A rover that covers ground never steps onto the goal of a hopper, whoever commands
+/// it.
 #[test]
 fn a_rover_that_covers_ground_keeps_off_the_goals_of_hoppers() {
     let mut host = Host::new(&world(&[&rover(3, 2, ""), HOPPER]), 1);
@@ -165,7 +168,8 @@ fn a_rover_that_covers_ground_keeps_off_the_goals_of_hoppers() {
     assert_eq!(host.send(0, Action::Step(Direction::North)), None, "beside it is free");
 }
 
-/// P-MIXED-STRAY: a hop that would stray onto another robot ends where it began; its draw is that of a hopper alone.
+/// P-MIXED-STRAY: A hop that would stray onto another robot ends where it began; its draw is that
+/// of a hopper alone.
 #[test]
 fn a_hop_that_strays_onto_a_robot_ends_where_it_began() {
     let beside = [rover(1, 2, ""), rover(3, 2, "")];
@@ -200,7 +204,8 @@ fn hop_east(host: &mut Host, robot: u16, until: impl Fn(&Host) -> bool) {
     }
 }
 
-/// P-MIXED-END: the mission reaches its goal once all robots are done that it needs, and no sooner.
+/// P-MIXED-END: A mixed mission reaches its goal when all robots that it requires are done, and no
+/// sooner.
 #[test]
 fn a_mission_is_over_once_the_robots_are_done_that_it_needs() {
     let other = "[[robots]]\nvehicle = \"hopper\"\nstart = [2, 4]\ngoal = [3, 4]\n";
@@ -233,7 +238,8 @@ fn a_mission_is_over_once_the_robots_are_done_that_it_needs() {
     assert_eq!(ends, [Status::Underway, Status::Goal]);
 }
 
-/// P-MIXED-LOST: a robot that is lost ends the mission only if that needs it.
+/// P-MIXED-LOST: A lost robot ends a mixed mission only if the mission requires it. A team of
+/// rovers of which none is left is lost.
 #[test]
 fn a_robot_that_is_lost_ends_the_mission_only_if_it_is_needed() {
     let far = |required: bool| {
@@ -250,7 +256,8 @@ fn a_robot_that_is_lost_ends_the_mission_only_if_it_is_needed() {
     }
 }
 
-/// P-MIXED-GIVES-UP: a rover that is done elsewhere than at its goal has given up; so has whoever has no action left.
+/// P-MIXED-GIVES-UP: A robot that gives up or has used up its actions ends a mixed mission only if
+/// the mission requires it.
 #[test]
 fn who_gives_up_or_runs_out_of_actions_ends_the_mission_only_if_it_is_needed() {
     let driver = |required: bool| {
@@ -283,7 +290,7 @@ fn who_gives_up_or_runs_out_of_actions_ends_the_mission_only_if_it_is_needed() {
     }
 }
 
-/// P-MIXED-DRIVE: a rover with a goal is done within reach of it.
+/// P-MIXED-DRIVE: A rover with a goal is done once it is within reach of the goal.
 #[test]
 fn a_rover_is_done_within_reach_of_its_goal() {
     let driver = "[[robots]]\nvehicle = \"rover\"\nstart = [0, 0]\ngoal = [7, 0]\n";
@@ -299,7 +306,8 @@ fn a_rover_is_done_within_reach_of_its_goal() {
     );
 }
 
-/// P-MIXED-CLOSED: ground that nobody can reach any more, because a robot has stopped in the way for good, no longer counts.
+/// P-MIXED-CLOSED: Ground that a robot closes off by stopping for good no longer counts for rovers
+/// that cover ground.
 #[test]
 fn a_robot_that_has_stopped_for_good_closes_the_way_of_rovers() {
     // A corridor: the hopper's goal lies between the rover and the ground beyond.
@@ -324,7 +332,7 @@ fn a_robot_that_has_stopped_for_good_closes_the_way_of_rovers() {
     );
 }
 
-/// P-MIXED-LOST: where no rover is left, ground that is not covered stays so.
+/// P-MIXED-LOST. Once no rover is left, uncovered ground stays uncovered.
 #[test]
 fn rovers_of_which_none_is_left_are_lost() {
     let fault = |robot: u16| format!("[[faults]]\nrobot = {robot}\naction = 1\n");
@@ -336,7 +344,7 @@ fn rovers_of_which_none_is_left_are_lost() {
     assert_eq!((host.standing(1), host.state().status), (Standing::Stranded, Status::Lost));
 }
 
-/// P-MIXED-FALLBACK: at a deadline no hopper hops to where another robot is.
+/// P-MIXED-FALLBACK: At a deadline no hopper hops onto a cell where another robot is.
 #[test]
 fn at_a_deadline_a_hopper_passes_by_who_stands_in_its_way() {
     let text = GROUND.replace("hazard_max = 1.0", "hazard_max = 1.0\ndeadline_s = 0.1");
@@ -356,7 +364,7 @@ fn at_a_deadline_a_hopper_passes_by_who_stands_in_its_way() {
     assert_eq!((record.robot, record.origin, record.action), (RobotId(0), Origin::Greedy, north));
 }
 
-/// P-MIXED-SEEN: what a hopper sees of a drive the guard knows, as all planners do.
+/// P-MIXED-SEEN: The guard of a drive knows what any robot has seen.
 #[test]
 fn the_guard_of_a_drive_knows_what_hoppers_have_seen() {
     let text = GROUND.replace("speeds = [0.0, 0.0, 0.0, 1.0]", "seed = 0\nspeeds = [0.5, 0.0, 0.0, 0.5]");
@@ -380,7 +388,7 @@ fn the_guard_of_a_drive_knows_what_hoppers_have_seen() {
     }
 }
 
-/// P-MIXED-DESIGN: a hopper hops by its own law, and its guard judges by that.
+/// P-MIXED-DESIGN. A hopper hops by its own law, which its guard uses too.
 #[test]
 fn each_hopper_hops_by_its_own_law_and_is_guarded_by_it() {
     let hopper = |y: i32, more: &str| {

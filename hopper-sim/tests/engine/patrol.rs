@@ -14,7 +14,7 @@ fn patrol(hops_max: u64) -> Mission {
     mission
 }
 
-/// P-PATROL.
+/// P-PATROL: A patrol visits its goals in turn, and ends when its hops are flown.
 #[test]
 fn goals_are_visited_in_turn_and_the_hops_end_the_patrol() {
     let mut host = Host::new(patrol(11), Vec::new(), Pace::Max);

@@ -56,7 +56,8 @@ fn a_command_that_outlived_its_first_addressee_is_executed_once() {
     assert_eq!((host.refused.as_slice(), host.records.len()), (&["repeated_decision"][..], 1));
 }
 
-/// P-STAMPS-RESUMED: the mission is taken up then, not when the process began, and its state is told before it is left.
+/// P-STAMPS-RESUMED: A resumed hopper-sim continues the mission when it first publishes its state
+/// or executes a command; the time it waits before that counts for no decision.
 #[test]
 fn a_command_may_come_before_the_first_tick() {
     let calm = undisturbed();
@@ -69,8 +70,8 @@ fn a_command_may_come_before_the_first_tick() {
     assert_eq!((record.timing.landed, record.timing.state_published), (told.landed, told.published));
 }
 
-/// P-STAMPS-RESUMED: who repeats what an earlier life has executed is answered by the first tick, and the wait for it is in no
-/// decision's time.
+/// P-STAMPS-RESUMED. A repeated command of an earlier process is answered by the first tick; the
+/// wait for it counts for no decision.
 #[test]
 fn a_repeated_command_before_the_first_tick_takes_nothing_up() {
     let calm = undisturbed();

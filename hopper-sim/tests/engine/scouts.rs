@@ -124,7 +124,7 @@ impl Host {
     }
 }
 
-/// The same command of another life, which takes over.
+/// The command as a planner would send it that takes over.
 fn rival(command: &Command) -> Command {
     Command { incarnation: Incarnation(9), term: Term(2), ..*command }
 }
@@ -135,7 +135,8 @@ fn east(world: &ResolvedScenario, by_m: f64) -> Waypoint {
     Waypoint { x_m: start.x_m + by_m, ..start }
 }
 
-/// P-SCOUT-GUARD: each refusal has a name, and none moves the mission.
+/// P-SCOUT-GUARD: Four commands are refused by name: a rover told to fly, a route that begins
+/// elsewhere, a flight beyond its budget, and a drive through ground known to be impassable.
 #[test]
 fn what_a_robot_cannot_do_is_refused_by_name() {
     let world = world("");
@@ -205,7 +206,8 @@ fn a_flight_takes_its_length_divided_by_the_speed_and_wakes_whoever_waits() {
     assert!(lasted_ns.abs_diff(8_877_600_000_000) < 1_000, "{lasted_ns}");
 }
 
-/// P-SCOUT-DEADLOCK.
+/// P-SCOUT-DEADLOCK: A team deadlocks if its last robot that can act waits, or if only waiting
+/// robots are left.
 #[test]
 fn to_wait_as_the_last_or_to_leave_only_those_who_wait_is_a_deadlock() {
     let world = world("");
@@ -222,7 +224,8 @@ fn to_wait_as_the_last_or_to_leave_only_those_who_wait_is_a_deadlock() {
     }
 }
 
-/// P-SCOUT-FAULT: a helicopter that fails ends only its own part; the rover's failure ends the mission.
+/// P-SCOUT-FAULT: A helicopter that fails ends only its own part; a rover that fails ends the
+/// mission as lost.
 #[test]
 fn a_helicopter_that_fails_is_out_and_a_rover_that_fails_is_lost() {
     let faulty = world("[[faults]]\nrobot = 1\naction = 1\n");
@@ -237,7 +240,8 @@ fn a_helicopter_that_fails_is_out_and_a_rover_that_fails_is_lost() {
     assert_eq!(host.state().status, Status::Lost);
 }
 
-/// P-SCOUT-UNSEEN: what a helicopter would have seen on a flight that failed is judged by the prior.
+/// P-SCOUT-UNSEEN: Of ground that only a failed flight would have shown, the guard knows no more
+/// than the prior, as the map does.
 #[test]
 fn a_flight_that_failed_has_shown_the_guard_nothing() {
     for (fault, seen) in [("[[faults]]\nrobot = 1\naction = 2\n", false), ("", true)] {
@@ -261,7 +265,7 @@ fn a_flight_that_failed_has_shown_the_guard_nothing() {
     }
 }
 
-/// P-SENSOR-GUARD: the guard believes of a reading what Bayes' rule makes of it, until a rover has been there.
+/// P-SENSOR-GUARD: The guard weighs a reading of a camera that errs by Bayes' rule.
 #[test]
 fn a_reading_of_a_camera_that_errs_weighs_the_prior_for_the_guard() {
     // Prior, reading, and the probability of getting stuck by hand: 0.9 against (1 - 0.9) / 3.
@@ -293,7 +297,8 @@ fn a_reading_of_a_camera_that_errs_weighs_the_prior_for_the_guard() {
     }
 }
 
-/// P-SCOUT-FALLBACK: on along the announced route, else hold.
+/// P-SCOUT-FALLBACK: At the deadline a robot continues along its announced route; without one it
+/// holds.
 #[test]
 fn at_the_deadline_a_robot_goes_on_along_its_route_or_holds() {
     let world = world("deadline_s = 1.0\n");
@@ -314,7 +319,8 @@ fn at_the_deadline_a_robot_goes_on_along_its_route_or_holds() {
     assert_eq!((host.travel(ROVER).at, host.state().last_origin), (at(4.0), contract::Origin::Policy));
 }
 
-/// P-ROUTE-JOURNAL: routes are journalled by content, and a life that is resumed stands where the one before it stood.
+/// P-ROUTE-JOURNAL: Routes are journalled by content. A resumed mission knows every route and each
+/// robot's place on its own.
 #[test]
 fn a_resumed_mission_knows_every_route_and_where_each_robot_is_on_it() {
     let world = world("");
@@ -362,7 +368,9 @@ fn near_the_end_of_a_stage(world: &ResolvedScenario, journal: Option<Journal>) -
     host
 }
 
-/// P-STAGES-HALT.
+/// P-STAGES-HALT: All drives of a stage, except the last stage, together take a Sol. The drive that
+/// uses it up ends on its way, and the helicopters begin the next stage at the rover, with their
+/// whole budget and no earlier than the rover. The fallback drives no longer than a stage either.
 #[test]
 fn a_stage_ends_a_drive_on_its_way_and_the_helicopter_begins_the_next_at_the_rover() {
     let world = world_in("stages = 2", "");
@@ -392,8 +400,8 @@ fn a_stage_ends_a_drive_on_its_way_and_the_helicopter_begins_the_next_at_the_rov
     assert_eq!((host.team().due, host.announce(&there_and_back)), (HELICOPTER, None), "300 m");
 }
 
-/// P-STAGES-RESUME: a life of hopper-sim that begins in the middle of a stage, or after it, ends it where the one before would
-/// have.
+/// P-STAGES-RESUME: A hopper-sim that resumes in the middle of a stage, or after one, continues in
+/// that stage.
 #[test]
 fn a_resumed_hopper_sim_goes_on_in_the_same_stage() {
     let world = world_in("stages = 2", "");
@@ -421,7 +429,7 @@ fn a_resumed_hopper_sim_goes_on_in_the_same_stage() {
     assert!(hopper_sim::verify(folder.path()).unwrap().is_sound());
 }
 
-/// P-STAGES-HALT: the fallback drives no longer than a stage either.
+/// P-STAGES-HALT. The fallback drives no longer than a stage either.
 #[test]
 fn at_the_deadline_a_rover_drives_to_the_end_of_its_stage() {
     let world = world_in("stages = 2", "deadline_s = 1.0\n");
@@ -466,7 +474,7 @@ fn a_route_is_served_once_the_journal_holds_its_announcement() {
     assert!(host.arbiter.committed_route(id).is_some(), "while another is written");
 }
 
-/// P-BID: of several robots, each robot's own next decision is kept.
+/// P-BID. In a team each robot's own next decision is reserved.
 #[test]
 fn a_takeover_of_a_robot_that_came_too_late_gets_that_robots_next_decision() {
     let world = world("");
@@ -478,7 +486,8 @@ fn a_takeover_of_a_robot_that_came_too_late_gets_that_robots_next_decision() {
     assert_eq!((host.team().due, host.team().members[1].leader.term), (ROVER, Term(2)));
 }
 
-/// P-BID: a takeover that waits for its robot's turn waits through the turns of all others, and no longer.
+/// P-BID. A takeover that waits for its robot's turn waits through the turns of all others, and no
+/// longer.
 #[test]
 fn a_takeover_that_came_too_late_waits_through_the_turns_of_the_others() {
     let world = world("[[robots]]\nvehicle = \"helicopter\"\nspeed_mps = 5.0\n");
@@ -492,8 +501,9 @@ fn a_takeover_that_came_too_late_waits_through_the_turns_of_the_others() {
     assert_eq!((host.team().due, host.team().members[1].leader.term), (RobotId(2), Term(2)));
 }
 
-/// P-BID-EACH: two takeovers that came too late for the turns of two robots are each given that robot's next turn, in whatever
-/// order they came; who let one robot's turn pass is still waited for at another's.
+/// P-BID-EACH: The next turn of each robot is reserved separately: two takeovers that were too late
+/// for two robots each get their robot's next turn, and a takeover that missed one robot's turn
+/// keeps its reservation for another.
 #[test]
 fn two_takeovers_of_two_robots_are_each_given_their_turn() {
     let world = world("[[robots]]\nvehicle = \"helicopter\"\nspeed_mps = 5.0\n");
@@ -528,7 +538,8 @@ fn two_takeovers_of_two_robots_are_each_given_their_turn() {
     }
 }
 
-/// P-OFFERS: planners that publish routes again and again drive out neither each other's routes nor those of other robots.
+/// P-OFFERS: Planners that publish routes again and again displace neither each other's routes nor
+/// those of other robots.
 #[test]
 fn a_route_is_known_though_the_planners_of_others_publish_theirs_meanwhile() {
     let world = world("[[robots]]\nvehicle = \"helicopter\"\nspeed_mps = 5.0\n");
@@ -572,7 +583,8 @@ fn an_announcement_without_its_points_is_not_journalled() {
     assert!(journal.is_empty());
 }
 
-/// P-PACE-TIMES.
+/// P-PACE-TIMES: At a multiple of real time, simulated time passes once for all robots, however
+/// many act in it.
 #[test]
 fn robots_that_act_at_the_same_time_share_it_at_every_multiple_of_real_time() {
     let world = world("");

@@ -335,9 +335,18 @@ fn twisted(records: &[Record], index: usize, field: &str, twist: Twist) -> Vec<R
     records
 }
 
-/// P-NOT-SOUND
-/// P-RECOMPUTED: nothing that a decision depends on is taken from a record unchecked.
-/// P-STAMPS-JOURNAL: nor are stamps of hopper-sim's clock.
+/// P-NOT-SOUND: A journal whose header contradicts its scenario, or whose records cannot have been
+/// flown, is not resumed, drawn, viewed, read by Python or flown again, and nothing panics.
+/// Verifying and resuming share one check, which executes every record again and names the first
+/// record and field that differ.
+/// P-RECOMPUTED: Everything that the next decision can depend on is recomputed when a journal is
+/// resumed or verified, including what no digest covers: brief and robots from the scenario in the
+/// header; visits, leaders, clocks, routes and stages from the records. Each veto in a record is
+/// checked against the guard; which commands were tried is not recorded.
+/// P-STAMPS-JOURNAL: A journal is sound only if in each record landing, publication and acceptance
+/// follow one another and the commit has the stamp of the acceptance. Stamps of other processes are
+/// not checked, nor stamps of different records against each other, since a reboot starts a new
+/// clock.
 #[test]
 fn a_journal_with_any_field_changed_is_refused_by_record_and_field_whoever_reads_it() {
     for flown in missions() {
@@ -394,7 +403,8 @@ fn a_journal_with_any_field_changed_is_refused_by_record_and_field_whoever_reads
     }
 }
 
-/// P-RECOMPUTED: which actions a planner tried in vain cannot be computed anew; that the guard vetoes them can.
+/// P-RECOMPUTED. Which actions a planner tried cannot be recomputed; that the guard vetoes them
+/// can.
 #[test]
 fn vetoes_are_checked_for_what_the_guard_vetoes_and_nothing_else() {
     let mut removed = 0;
@@ -415,7 +425,7 @@ fn vetoes_are_checked_for_what_the_guard_vetoes_and_nothing_else() {
     assert!(removed > 0);
 }
 
-/// P-NOT-SOUND: what is tampered with is what missions are made of.
+/// P-NOT-SOUND. The missions that the other tests tamper with have all kinds of records.
 #[test]
 fn the_missions_that_are_tampered_with_have_vetoes_fallbacks_and_takeovers() {
     let missions = missions();
@@ -525,8 +535,8 @@ fn other_profile(profile: Profile) -> Profile {
     if profile == Profile::Hopper { Profile::Paper2023 } else { Profile::Hopper }
 }
 
-/// P-NOT-SOUND
-/// P-RECOMPUTED: nor is anything taken from the header unchecked.
+/// P-NOT-SOUND.
+/// P-RECOMPUTED. Nothing is taken from the header unchecked.
 #[test]
 fn a_header_with_any_field_changed_is_refused_by_field_whoever_reads_it() {
     let mut twisted = std::collections::BTreeSet::new();
@@ -570,7 +580,8 @@ fn a_header_with_any_field_changed_is_refused_by_field_whoever_reads_it() {
     assert_eq!(twisted, all, "each field is one of some mission");
 }
 
-/// P-NOT-SOUND: whatever is in a header whose checksum holds, nothing panics, and what is taken for sound is the same mission.
+/// P-NOT-SOUND. With any header whose checksum holds nothing panics, and a journal that passes is
+/// the same mission.
 #[test]
 fn a_header_with_any_byte_changed_is_refused_or_of_the_same_mission() {
     let missions = missions();

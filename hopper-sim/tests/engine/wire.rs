@@ -15,7 +15,7 @@ fn valid() -> CommandV3 {
 /// A change to a valid command with the reason for which it is refused.
 type Case = (&'static str, fn(&mut CommandV3));
 
-/// P-HOSTILE.
+/// P-HOSTILE: A command with any field at its extremes is refused or harmless.
 #[test]
 fn every_field_of_a_command_at_its_extremes_is_refused_or_harmless() {
     let refused: [Case; 24] = [
@@ -80,6 +80,7 @@ fn every_field_of_a_command_at_its_extremes_is_refused_or_harmless() {
 }
 
 proptest! {
+    /// P-HOSTILE.
     #[test]
     fn random_bytes_never_move_the_hopper(bytes in prop::collection::vec(any::<u8>(), size_of::<CommandV3>())) {
         let wire: CommandV3 = bytemuck::pod_read_unaligned(&bytes);
@@ -114,7 +115,8 @@ fn a_state_with_a_float_that_is_no_number_is_refused() {
     }
 }
 
-/// P-STAMPS-WIRE: each moment has a field of its own, both ways.
+/// P-STAMPS-WIRE: Each moment of a message has a field of its own on the wire, and a reminder of
+/// the map has those of its landing.
 #[test]
 fn every_stamp_has_its_own_field_on_the_wire() {
     let timing = Timing {

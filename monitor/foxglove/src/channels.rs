@@ -328,7 +328,8 @@ mod tests {
         }
     }
 
-    /// P-FOXGLOVE-BOUNDED: a viewer that reads nothing costs a bounded memory, and gets the newest once it reads.
+    /// P-FOXGLOVE-BOUNDED: The queue of a viewer is bounded and keeps the newest messages; a viewer
+    /// without a subscription makes room for another.
     #[test]
     fn what_waits_for_a_viewer_is_bounded_and_is_the_newest() {
         let (channels, _woken) = Channels::new("test").unwrap();
@@ -352,7 +353,7 @@ mod tests {
         assert!(channels.is_dismissed(place.viewer), "it asks and does not read");
     }
 
-    /// P-FOXGLOVE-BOUNDED: viewers that look at nothing make room for others.
+    /// P-FOXGLOVE-BOUNDED. Viewers without a subscription make room for others.
     #[test]
     fn a_viewer_without_a_subscription_makes_room() {
         let (channels, _woken) = Channels::new("test").unwrap();

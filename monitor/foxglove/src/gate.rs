@@ -142,7 +142,9 @@ mod tests {
         }
     }
 
-    /// P-FOXGLOVE-GATE: a page of another server is no viewer unless it is named; a program, which sends no Origin, is.
+    /// P-FOXGLOVE-GATE: The Foxglove server accepts programs, which send no Origin, and pages of
+    /// this machine or of origins that `--foxglove-origin` names; a page of another server, or a
+    /// request for an unknown host, gets nothing.
     #[test]
     fn pages_of_other_servers_are_no_viewers_unless_they_are_named() {
         let from = |origins: &[&str], origin: &str| {

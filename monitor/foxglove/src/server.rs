@@ -164,7 +164,9 @@ mod tests {
         stream
     }
 
-    /// P-FOXGLOVE-SILENT: a viewer that does not answer a ping is closed, though it keeps its socket open.
+    /// P-FOXGLOVE-SILENT: A socket that does not finish the handshake is closed after 5 s. A viewer
+    /// that sends nothing for 10 s is sent a ping, and closed if it does not answer within 20 s;
+    /// none is closed without a ping.
     #[test]
     fn a_viewer_that_stays_silent_is_closed() {
         let (server, channels) =

@@ -286,8 +286,9 @@ mod tests {
         }
     }
 
-    /// P-FOXGLOVE-SLOW: a viewer that reads less than is sent stays, though the ping waits behind what it has not read; once it reads
-    /// nothing more it is given up.
+    /// P-FOXGLOVE-SLOW: A viewer that reads less than is sent to it loses messages and stays
+    /// connected, also before it has read up to the ping. It is closed once its full socket has
+    /// accepted nothing for 60 s.
     #[test]
     fn a_viewer_that_reads_slowly_stays_until_it_reads_nothing() {
         let mut connection = Connection::open();
@@ -301,7 +302,7 @@ mod tests {
         assert!((1..=60).contains(&stayed), "{stayed} s after it has read something");
     }
 
-    /// P-FOXGLOVE-SLOW: a slow viewer that answers is sent a ping again after each answer.
+    /// P-FOXGLOVE-SLOW. A slow viewer that answers is sent a ping again after each answer.
     #[test]
     fn a_slow_viewer_is_sent_pings_as_any_other() {
         let mut connection = Connection::open();
@@ -317,7 +318,8 @@ mod tests {
         assert!(answered > 2, "{answered} pings");
     }
 
-    /// P-FOXGLOVE-SILENT: nobody is given up without a ping, however long this process stood still, and the answer to it counts.
+    /// P-FOXGLOVE-SILENT. No viewer is closed without a ping, however long this process was
+    /// stopped; the answer to the ping counts.
     #[test]
     fn nobody_is_given_up_without_a_ping() {
         let mut connection = Connection::open();

@@ -7,7 +7,8 @@ use foxglove::messages::{FrameTransforms, Log, PointCloud, packed_element_field:
 use prost::Message as _;
 use recording::{Channel, Topic, Transcript};
 
-/// P-VIEWERS-SCHEMAS: clouds, transforms and log lines have the fields of Foxglove's schemas, and the bytes that they say.
+/// P-VIEWERS-SCHEMAS: What is made for viewers is read back by the messages of Foxglove's own
+/// crate.
 #[test]
 fn what_is_made_for_viewers_is_what_foxglove_reads() {
     let mut transcript = Transcript::default();

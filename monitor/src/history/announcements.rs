@@ -15,7 +15,7 @@ const ROUTES_KEPT: usize = 1024;
 pub struct Announced {
     /// The decision by which it was announced.
     pub decision: Decision,
-    /// Who follows it.
+    /// The robot that follows the route.
     pub robot: RobotId,
     /// Its points.
     pub route: Route,

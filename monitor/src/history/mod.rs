@@ -125,7 +125,8 @@ impl History {
         }
     }
 
-    /// The same, with the name of the instance that the processes are in; `None` for the default.
+    /// This history, with the name of the instance that the processes are in; `None` for the
+    /// default.
     #[must_use]
     pub fn in_instance(self, instance: Option<&str>) -> Self {
         Self { instance: instance.map(str::to_owned), ..self }

@@ -156,7 +156,7 @@ mod tests {
 
     use super::*;
 
-    /// P-MANNED on the page: silent processes do not count, and hopper-sim says which robots act.
+    /// P-MANNED. On the page silent processes do not count, and hopper-sim says which robots act.
     #[test]
     fn a_silent_planner_leaves_its_robots_without_one() {
         let beat = |role, life, robots| Heartbeat {
@@ -185,7 +185,8 @@ mod tests {
         assert_eq!(peers.missing(), Some(MissingPeer::Planner(RobotSet(0b110))));
     }
 
-    /// P-ROGUE-BEAT on the page: a process in whose name somebody else sends heartbeats does not count as silent.
+    /// P-ROGUE-BEAT. On the page a process in whose name somebody else sends heartbeats does not
+    /// count as silent.
     #[test]
     fn a_forged_leap_of_the_counter_silences_no_life() {
         let beat = |counter| Heartbeat {

@@ -247,7 +247,8 @@ mod tests {
         ask(gate, head, body).err().map_or(200, |rejection| rejection.0)
     }
 
-    /// P-WEB-GATE: only known paths, hosts and methods get anything.
+    /// P-WEB-GATE: The page serves known paths to GET requests under its own address, and nothing
+    /// else.
     // Long: a table.
     #[test]
     fn only_known_paths_hosts_and_methods_get_anything() {
@@ -327,7 +328,8 @@ mod tests {
         Content-Type: application/json\nContent-Length: 17\nX-Hopper-Key: 0123456789abcdef";
     const PAUSE: &str = r#"{"order":"pause"}"#;
 
-    /// P-WEB-CONTROL: an order needs leave, this page, the key, and a form.
+    /// P-WEB-CONTROL: An order needs `--control`, this page as its origin, the key from the log,
+    /// and a valid form.
     #[test]
     fn an_order_needs_leave_and_this_page_and_the_key_and_a_form() {
         assert_eq!(status(&gate("127.0.0.1:8427", None), ORDER, PAUSE), 403, "without --control");

@@ -16,7 +16,7 @@ pub struct Hosts {
 }
 
 impl Hosts {
-    /// Those of a server that is bound to `address`, and `named` ones.
+    /// The hosts of a server that is bound to `address`: its own names and the `named` ones.
     #[must_use]
     pub fn new(address: IpAddr, named: &[String]) -> Self {
         Self { address, named: named.iter().map(|name| name.to_ascii_lowercase()).collect() }
@@ -109,7 +109,8 @@ mod tests {
         Hosts::new(address.parse().unwrap(), &named)
     }
 
-    /// P-WEB-HOSTS: loopback names have any port; other names are those that were given.
+    /// P-WEB-HOSTS: Page and Foxglove server accept localhost and numeric addresses at any port,
+    /// and names that `--web-host` gives, so that `ssh -L` works and DNS rebinding does not.
     #[test]
     fn loopback_names_have_any_port_and_other_names_are_given() {
         let own = hosts("127.0.0.1", &[]);

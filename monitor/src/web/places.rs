@@ -153,7 +153,10 @@ mod tests {
         Some((number, displaced))
     }
 
-    /// P-WEB-DEAF: clients that read nothing make room for others, the first of them first, once they had time to show that they read.
+    /// P-WEB-DEAF: A client that opens an event stream and does not show within 5 s that it reads
+    /// it makes room for another when all slots are taken, so such clients keep no page out for
+    /// longer. Pages show that they read and do not displace each other; a page without a slot says
+    /// so and asks again every 5 s.
     #[test]
     fn clients_that_read_nothing_make_room() {
         for (kind, most) in [(HISTORY, HISTORIES_MAX), (Kind { policy: true, keyed: false }, POLICIES_MAX)] {
@@ -170,7 +173,8 @@ mod tests {
         }
     }
 
-    /// P-WEB-DEAF: pages do not drive each other out, however many there are and however often they ask again.
+    /// P-WEB-DEAF. Pages do not displace each other, however many there are and however often they
+    /// ask again.
     #[test]
     fn more_pages_than_places_do_not_drive_each_other_out() {
         let mut places = Places::new(PROOF_NS);
@@ -193,8 +197,8 @@ mod tests {
         assert!(take(&mut places, HISTORY, 600).is_some(), "a page that leaves makes room");
     }
 
-    /// P-WEB-ROOM: a stream with the key has a place: one of its own, that of a client that does not read, that of a page without
-    /// the key; not that of another page with the key.
+    /// P-WEB-ROOM. A stream with the key takes a slot of its own, the slot of a client that does
+    /// not read, or that of a page without the key, but never that of another page with the key.
     #[test]
     fn a_stream_with_the_key_has_a_place() {
         let mut places = Places::new(PROOF_NS);

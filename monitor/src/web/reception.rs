@@ -491,7 +491,8 @@ mod tests {
         assert!(TcpStream::connect(address).is_err(), "nobody listens any more");
     }
 
-    /// P-FOXGLOVE-SILENT: a request that does not arrive in time is answered as such, and its socket closed.
+    /// P-FOXGLOVE-SILENT. A request that does not arrive in time gets an error, and its socket is
+    /// closed.
     #[test]
     fn a_request_that_does_not_arrive_is_given_up() {
         let (_reception, address) = open(20_000_000);
@@ -500,7 +501,7 @@ mod tests {
         }
     }
 
-    /// P-WEB-SLOW-REQUESTS: places are bounded; the first to come makes room, but not one with the key.
+    /// P-WEB-SLOW-REQUESTS. Slots are bounded; the oldest client without the key makes room.
     #[test]
     fn slow_clients_are_bounded_and_keep_nobody_out() {
         let (_reception, address) = open(HOUR_NS);

@@ -65,7 +65,8 @@ impl RefusalLog {
 mod tests {
     use super::*;
 
-    /// P-WEB-REFUSALS.
+    /// P-WEB-REFUSALS: A request that is refused for its host, its origin or its key is logged
+    /// once, with the remedy; a flood of them does not fill the log.
     #[test]
     fn each_refusal_is_shown_once_and_a_flood_of_different_ones_ends() {
         let mut log = RefusalLog::default();

@@ -390,7 +390,8 @@ mod tests {
         text.split_once("\"stream\":").unwrap().1.split_once(',').unwrap().0.to_owned()
     }
 
-    /// P-WEB-DEAF: clients that read no event keep nobody out, with or without --control; a page that reads keeps its place.
+    /// P-WEB-DEAF. Clients that read no event keep nobody out, with or without `--control`; a page
+    /// that reads keeps its slot.
     #[test]
     fn streams_that_nobody_reads_make_room() {
         for control in [false, true] {

@@ -29,7 +29,7 @@ pub(crate) struct View<'a> {
     /// Number of robots; with more than one each is shown by its number.
     robots: u16,
     layer: Layer,
-    /// Of each cell, where visits are shown.
+    /// How often each cell was visited, where visits are shown.
     visits: Vec<u16>,
 }
 

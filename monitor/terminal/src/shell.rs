@@ -90,7 +90,7 @@ impl Terminal {
     }
 }
 
-/// The same key in lower case, as on the page.
+/// A key in lower case, as the page takes it.
 fn lower(code: KeyCode) -> KeyCode {
     match code {
         KeyCode::Char(character) => KeyCode::Char(character.to_ascii_lowercase()),

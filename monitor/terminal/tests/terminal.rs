@@ -112,14 +112,15 @@ fn picture(account: &History, settings: &ViewSettings, columns: u16, rows: u16) 
     terminal.backend().clone()
 }
 
-/// P-TUI: everything stands on eighty columns by twenty-four rows.
+/// P-TUI: The terminal view fits on eighty columns by twenty-four rows.
 #[test]
 fn the_whole_mission_stands_on_eighty_by_twenty_four() {
     let settings = ViewSettings { policy: true, control: true, ..ViewSettings::default() };
     insta::assert_snapshot!("eighty_by_twenty_four", picture(&account(), &settings, 80, 24));
 }
 
-/// P-DOCTOR-NEXT: in an instance with a name the command names it.
+/// P-DOCTOR-NEXT: `doctor`, page and terminal say who is missing or hangs, and print the command
+/// that fixes it.
 #[test]
 fn the_command_that_is_waited_for_names_the_instance() {
     let history = account().in_instance(Some("home"));
@@ -133,7 +134,8 @@ fn looking_back_shows_the_mission_as_it_was() {
     insta::assert_snapshot!("looking_back", picture(&account(), &settings, 100, 30));
 }
 
-/// P-TUI-KEYS.
+/// P-TUI-KEYS: The terminal view shows its keys at `?`; Esc leads back from the keys to the hop,
+/// and from an earlier hop to now.
 #[test]
 fn the_keys_are_shown_and_back_leads_from_them_to_the_hop_and_from_there_to_now() {
     let mut settings = ViewSettings { at: Some(Decision(5)), keys: true, ..ViewSettings::default() };
@@ -231,8 +233,8 @@ fn scouting() -> History {
     history
 }
 
-/// P-TUI-LAYERS: over uncertain ground the expected speed is shown first, and a key goes through spread, heights and visits;
-/// without colours shades differ by their characters, and what was seen from what is only expected.
+/// P-TUI-LAYERS: In the terminal view a key switches between expected speed, spread, heights and
+/// visits; shades differ by their characters too.
 #[test]
 fn a_key_goes_through_the_layers_of_uncertain_ground() {
     let history = scouting();
@@ -308,7 +310,8 @@ fn time_goes_back_and_ahead_to_now() {
     assert_eq!(settings.at, None, "now again");
 }
 
-/// P-TUI-NO-COLOR: without colours every symbol, arrow, soil and stage is told by its character alone.
+/// P-TUI-NO-COLOR: Without colours (`NO_COLOR`) every symbol, arrow, soil and stage of the terminal
+/// view has a character of its own.
 #[test]
 fn without_colours_every_meaning_has_a_character_of_its_own() {
     let account = account();
@@ -339,7 +342,8 @@ fn without_colours_every_meaning_has_a_character_of_its_own() {
     assert_eq!(textures, ["█", "▓", "░", "▞", "▥"].map(|texture| texture.chars().next()), "{plain}");
 }
 
-/// P-CONTRAST: in the terminal, hopper and goal are written on a ground of their own, with a contrast of at least 3:1.
+/// P-CONTRAST. In the terminal, hopper and goal have a background of their own with a contrast of
+/// at least 3:1.
 #[test]
 fn hopper_and_goal_stand_out_in_the_terminal() {
     use ratatui::style::Color;

@@ -39,7 +39,7 @@ pub struct Fly {
 struct Flight {
     budget_m: f64,
     view_m: f64,
-    /// Of the rover, from where it is.
+    /// The rover's trip from where it is.
     trip: Trip,
     seed: u64,
 }

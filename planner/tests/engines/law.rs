@@ -46,7 +46,7 @@ fn worlds() -> Vec<World> {
     worlds
 }
 
-/// P-LAW.
+/// P-LAW: A decision never depends on a planner's cache.
 #[test]
 fn a_planner_with_an_empty_cache_decides_the_same() {
     let worlds = worlds();
@@ -56,6 +56,7 @@ fn a_planner_with_an_empty_cache_decides_the_same() {
     }
 }
 
+/// P-LAW.
 #[test]
 fn ties_on_flat_ground_go_to_the_first_of_north_east_south_west() {
     use Direction::{East, North, South};
@@ -112,7 +113,7 @@ fn hold_never_moves() {
     assert_eq!(hold.policy(), None);
 }
 
-/// P-CLAIRVOYANT.
+/// P-CLAIRVOYANT: The clairvoyant planner is refused outside lockstep.
 #[test]
 fn the_clairvoyant_is_refused_outside_lockstep() {
     assert_eq!(algorithm(planner::CLAIRVOYANT).err(), Some(PlannerError::LockstepOnly));

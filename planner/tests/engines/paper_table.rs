@@ -107,7 +107,7 @@ fn check_cell(soils: Soils, planner: &str, weights: [f64; 2], missions: u64) {
     check(cell, &fly(cell, Profile::Paper2023, missions));
 }
 
-/// P-PAPER.
+/// P-PAPER: The paper's tables come out as our reading of the model predicts.
 #[test]
 fn the_greedy_cells_of_the_papers_tables_come_out() {
     for (cell, reading) in READINGS.iter().enumerate() {
@@ -117,11 +117,13 @@ fn the_greedy_cells_of_the_papers_tables_come_out() {
     }
 }
 
+/// P-PAPER.
 #[test]
 fn the_mdp_on_hard_ground_comes_out_as_in_the_papers_tables() {
     check_cell(Soils::Hard, "mdp", [1.0, 0.0], 300);
 }
 
+/// P-PAPER.
 #[test]
 fn the_mdp_on_sandy_ground_comes_out_as_in_the_papers_tables() {
     check_cell(Soils::Sandy, "mdp", [0.5, 0.5], 300);

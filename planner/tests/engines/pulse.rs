@@ -7,8 +7,7 @@ use planner::{Budget, Pulse, Situation, algorithm};
 
 use crate::world::{Soils, World};
 
-/// P-PULSE: whatever works long beats every few dozen sweeps or few thousand expansions, and decides the
-/// same.
+/// P-PULSE: A planner sends heartbeats during a long plan as its work proceeds.
 #[test]
 fn a_long_plan_beats_as_its_work_goes_on() {
     let world = World::flat(120, Cell::new(0, 0), Cell::new(119, 119), Profile::Hopper);
@@ -32,7 +31,7 @@ fn a_long_plan_beats_as_its_work_goes_on() {
     }
 }
 
-/// P-PULSE: so does an online model that continues from what it knows.
+/// P-PULSE. An online model that continues from what it knows sends heartbeats too.
 #[test]
 fn a_session_beats_whenever_it_works_on_news() {
     for profile in Profile::ALL {

@@ -54,7 +54,8 @@ fn costs(world: &World, map: &ObservedMap, here: Cell) -> Costs {
     Costs::new(&Situation { brief: &world.brief, map, state: &state, team: None, scouting: None })
 }
 
-/// P-ROUTE.
+/// P-ROUTE: A* and D* Lite find the cheapest routes of exhaustive relaxation, and recognise
+/// infeasible missions.
 #[test]
 fn both_find_the_cheapest_routes_of_exhaustive_relaxation() {
     let (mut routes, mut dead_ends) = (0, 0);
@@ -88,7 +89,7 @@ fn both_find_the_cheapest_routes_of_exhaustive_relaxation() {
     assert!(routes > 2_000 && dead_ends > 20, "{routes} routes, {dead_ends} dead ends");
 }
 
-/// P-MENDED.
+/// P-MENDED: An incrementally repaired search decides like a new one, and like A*.
 #[test]
 fn a_mended_search_decides_as_a_new_one_and_as_a_star() {
     let mut decisions = 0;
@@ -113,6 +114,7 @@ fn a_mended_search_decides_as_a_new_one_and_as_a_star() {
     assert!(mended_work < new_work, "mending took {mended_work} expansions, new searches {new_work}");
 }
 
+/// P-ROUTE.
 #[test]
 fn a_wall_as_far_as_is_known_is_infeasible_and_a_gap_in_it_is_tried() {
     let mut world = World::flat(9, Cell::new(1, 1), Cell::new(7, 7), Profile::Hopper);
@@ -134,6 +136,7 @@ fn a_wall_as_far_as_is_known_is_infeasible_and_a_gap_in_it_is_tried() {
     }
 }
 
+/// P-MENDED.
 #[test]
 fn a_search_that_is_cut_holds_whatever_was_kept() {
     let world = World::paper(Soils::Hard, [0.5, 0.5], Profile::Hopper);

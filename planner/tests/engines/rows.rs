@@ -44,6 +44,7 @@ fn the_payoff_is_the_weighted_sum_of_the_paper() {
     close(of(2, 2), 100.0);
 }
 
+/// P-READINGS.
 #[test]
 fn distance_and_leaving_are_read_as_the_brief_says() {
     let mut world = nine_cells(Profile::Paper2023);

@@ -71,7 +71,10 @@ fn brute_force(world: &World, map: &ObservedMap, here: Cell) -> (Model, Vec<Vec<
     }
 }
 
-/// P-TREASURES: 2^k models give the optimum of the process over (cell, treasures left).
+/// P-TREASURES: With known treasures, the plan is the optimum over all subsets that may be left to
+/// collect.
+///
+/// 2^k models give the optimum of the process over (cell, treasures left).
 #[test]
 fn the_plan_with_treasures_is_the_optimum_over_all_that_may_be_left() {
     let mut compared = 0;
@@ -173,7 +176,8 @@ fn of_more_treasures_than_are_planned_for_the_nearest_count() {
     assert_eq!(value(with_a_far_one), value(near));
 }
 
-/// P-TREASURE-HUNT: with steps to spare, and where the brief tells of treasures.
+/// P-TREASURE-HUNT: Profile `hopper` makes detours for treasures and searches for them while it has
+/// steps to spare, and collects more than the paper's planner at no lower success.
 #[test]
 fn profile_hopper_makes_detours_for_treasures_while_it_has_steps_to_spare() {
     let here = Cell::new(3, 4);
@@ -198,7 +202,7 @@ fn profile_hopper_makes_detours_for_treasures_while_it_has_steps_to_spare() {
     assert!(!action(Profile::Paper2023, 1, 0).0);
 }
 
-/// P-TREASURE-HUNT: of two ways of equal length, the one from which more is seen.
+/// P-TREASURE-HUNT. Of two ways of equal length, a hunt takes the one from which more is seen.
 #[test]
 fn a_hunt_goes_where_unseen_cells_come_into_sight() {
     let (here, goal) = (Cell::new(0, 0), Cell::new(6, 6));
@@ -225,7 +229,7 @@ fn a_hunt_goes_where_unseen_cells_come_into_sight() {
     }
 }
 
-/// P-TREASURE-HUNT: a planner restarted with nothing decides as the one that has flown.
+/// P-TREASURE-HUNT. A freshly started planner decides like the one that has flown.
 #[test]
 fn a_hunt_does_not_depend_on_what_the_planner_remembers() {
     let mut world = World::paper(Soils::Hard, [0.5, 0.5], Profile::Hopper);

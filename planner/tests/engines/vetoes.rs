@@ -11,7 +11,8 @@ fn choice(planner: &mut dyn Planner, situation: &Situation<'_>, vetoed: Vetoed) 
     planner.plan(&Situation { state: &state, ..*situation }, &Default::default()).action
 }
 
-/// P-VETO-HEEDED.
+/// P-VETO-HEEDED: No planner insists on a vetoed action, and a veto of an action that it would not
+/// choose changes nothing.
 #[test]
 fn no_planner_insists_on_a_veto_or_minds_one_that_is_not_its_own() {
     for name in ALGORITHMS {

@@ -26,7 +26,7 @@ pub enum Soils {
 pub struct World {
     /// What the planner is told.
     pub brief: Brief,
-    /// What it is not, in index order.
+    /// The ground, which the planner is not told, in index order.
     pub cells: Vec<Ground>,
 }
 

@@ -48,14 +48,15 @@ fn read_all(target: &Target) -> Result<(), String> {
     })
 }
 
-/// P-FUZZED: each reader takes its corpus and thousands of mutations of valid input without a panic.
+/// P-FUZZED: No reader panics on any input: the bodies of all fuzz targets run over their corpus
+/// and 4,000 mutations of valid input each. `fuzz/README.md` has the figures under libFuzzer.
 #[test]
 fn no_reader_panics_whatever_it_reads() {
     let fallen: Vec<String> = TARGETS.iter().filter_map(|target| read_all(target).err()).collect();
     assert!(fallen.is_empty(), "claims do not hold:\n{}", fallen.join("\n"));
 }
 
-/// P-FUZZED-ALL
+/// P-FUZZED-ALL: Every wire type is read by a fuzz target, and every target is a binary of `fuzz/`.
 #[test]
 fn every_wire_type_and_every_target_has_its_place() {
     let read = |path: PathBuf| std::fs::read_to_string(&path).unwrap();

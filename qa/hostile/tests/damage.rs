@@ -32,7 +32,7 @@ fn rows(bytes: &[u8]) -> Result<Vec<Row>, CampaignError> {
     std::iter::from_fn(|| rows.next().transpose()).collect()
 }
 
-/// P-FLIPPED
+/// P-FLIPPED: Every flipped bit of a journal is detected.
 #[test]
 fn every_flipped_bit_of_a_journal_is_told() {
     let bytes = hostile::journal::seeds().remove(0);
@@ -47,7 +47,8 @@ fn every_flipped_bit_of_a_journal_is_told() {
     }
 }
 
-/// P-FLIPPED-ROWS
+/// P-FLIPPED-ROWS: Every flipped bit of a campaign's rows is detected, and every cut keeps the
+/// whole rows before it.
 #[test]
 fn every_flipped_bit_of_rows_is_told_and_every_cut_keeps_the_whole_rows_before_it() {
     let bytes = hostile::campaign::rows().remove(0);
@@ -65,7 +66,7 @@ fn every_flipped_bit_of_rows_is_told_and_every_cut_keeps_the_whole_rows_before_i
     }
 }
 
-/// P-FLIPPED-PLAN
+/// P-FLIPPED-PLAN: Every flipped bit and every cut of a campaign's plan is detected.
 #[test]
 fn every_flipped_bit_of_a_plan_is_told() {
     let bytes = hostile::campaign::checkpoints().remove(0);
@@ -82,7 +83,8 @@ fn every_flipped_bit_of_a_plan_is_told() {
     }
 }
 
-/// P-JOURNAL-LIMITS: what no writer leaves is refused by name, however long the file claims to be.
+/// P-JOURNAL-LIMITS: A journal with more data behind its last record than a torn write leaves is
+/// refused, not cut.
 #[test]
 fn a_journal_with_more_behind_its_last_record_than_a_torn_tail_is_refused() {
     let bytes = hostile::journal::seeds().remove(0);
@@ -109,7 +111,8 @@ fn entries(bytes: &[u8]) -> Vec<(String, Vec<u8>)> {
     recording.entries().map(|entry| (entry.topic.clone(), entry.data.to_vec())).collect()
 }
 
-/// P-BAG-CUT: every cut keeps all messages of the chunks before it, is told, and is made whole again.
+/// P-BAG-CUT: Every cut of a recording is read up to its last valid chunk, reported, and can be
+/// recovered.
 #[test]
 fn every_cut_of_a_recording_is_read_up_to_its_last_valid_chunk() {
     let bytes = hostile::recording::seeds().remove(0);
@@ -139,8 +142,8 @@ fn every_cut_of_a_recording_is_read_up_to_its_last_valid_chunk() {
     }
 }
 
-/// P-BAG-FLIPPED: a whole recording with a bit flipped is told, or has all its messages as they were written;
-/// sampled, a bit in 56.
+/// P-BAG-FLIPPED: A flipped bit of a recording, sampled at one bit in 56, is detected or harms no
+/// message.
 #[test]
 fn a_flipped_bit_of_a_recording_is_told_or_harms_no_message_as_sampled() {
     let bytes = hostile::recording::seeds().remove(0);
@@ -159,7 +162,7 @@ fn a_flipped_bit_of_a_recording_is_told_or_harms_no_message_as_sampled() {
     }
 }
 
-/// P-BAG-MESSAGES
+/// P-BAG-MESSAGES: Every kind of message comes back unchanged from a recording.
 #[test]
 fn every_message_of_a_recording_comes_back_as_it_was() {
     let bytes = hostile::recording::seeds().remove(0);
@@ -179,7 +182,8 @@ fn every_message_of_a_recording_comes_back_as_it_was() {
     );
 }
 
-/// P-BAG-FLUSH: half a second after a message was recorded it stands in a whole chunk, whatever comes.
+/// P-BAG-FLUSH: What was recorded half a second ago is in a complete chunk, so a kill loses no more
+/// than that.
 #[test]
 fn what_was_recorded_half_a_second_ago_survives_a_kill() {
     use contract::MonotonicNs;

@@ -30,7 +30,7 @@ fn led() -> Arbiter {
     arbiter
 }
 
-/// P-EXTREMES: a stranger's command with any field at any extreme moves nothing, and each is counted.
+/// P-EXTREMES: A stranger's command with any field at any extreme moves nothing, and is counted.
 #[test]
 fn a_strangers_command_with_any_field_at_any_extreme_is_refused_and_counted() {
     let mut arbiter = led();
@@ -117,8 +117,8 @@ impl Processes {
     }
 }
 
-/// P-EXTREMES-PEERS: whatever of a rogue's briefs, states, maps, pages and beats passes the checks of the wire,
-/// perception, planner and monitor bear it.
+/// P-EXTREMES-PEERS: Perception, planner and monitor survive every extreme value that passes the
+/// checks of the wire.
 // Long: a list of the messages that peers read.
 #[test]
 fn no_extreme_of_what_peers_read_ends_one_of_them() {
@@ -196,7 +196,8 @@ fn no_extreme_of_what_peers_read_ends_one_of_them() {
 /// What a plan may take: sweeps, expansions.
 const WORK_MAX: u64 = 200_000;
 
-/// P-EXTREMES-PLAN: for whatever brief passes the checks of the wire, every planner decides within its budget.
+/// P-EXTREMES-PLAN: Every planner decides within its budget under every extreme brief that passes
+/// the checks of the wire.
 #[test]
 fn every_planner_decides_under_every_brief_that_passes() {
     let mut planned = 0;

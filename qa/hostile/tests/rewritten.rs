@@ -127,7 +127,9 @@ fn seed() -> Vec<u8> {
     hostile::recording::seeds().remove(0)
 }
 
-/// P-BAG-OTHERS: whichever way a program has packed the messages, they are read, and recovered.
+/// P-BAG-OTHERS: Recordings written by other programs are read and recovered: compressed by zstd or
+/// lz4, without chunks, with or without checksums and summary, damaged ones up to their last whole
+/// chunk.
 #[test]
 fn a_recording_is_read_however_it_is_packed() {
     let bytes = seed();
@@ -157,7 +159,8 @@ fn a_recording_is_read_however_it_is_packed() {
     }
 }
 
-/// P-BAG-OTHERS: beside chunks, what is in none is read where a checksum proves it, and so are records of other programs.
+/// P-BAG-OTHERS. Messages outside of chunks are read where a checksum proves them, and so are
+/// records of other programs.
 #[test]
 fn what_is_in_no_chunk_is_read_where_a_checksum_proves_it() {
     let bytes = seed();
@@ -173,7 +176,7 @@ fn what_is_in_no_chunk_is_read_where_a_checksum_proves_it() {
     assert_eq!(recording.chunks(), 1);
 }
 
-/// P-BAG-ORDER: messages that a program has put into another order are read in the order in which they were recorded.
+/// P-BAG-ORDER: Messages in another order are read in the order in which they were recorded.
 #[test]
 fn messages_in_another_order_are_read_in_the_order_of_their_log_times() {
     let bytes = seed();
@@ -201,8 +204,8 @@ fn messages_in_another_order_are_read_in_the_order_of_their_log_times() {
     }
 }
 
-/// P-BAG-BOMB: what would take more memory than its header says, or than a recording may, is refused before it takes it; and
-/// another compression is named.
+/// P-BAG-BOMB: A chunk that would grow beyond its declared size, or beyond the limit of a
+/// recording, is refused before it takes that memory; an unknown compression is refused by name.
 #[test]
 fn a_chunk_that_grows_beyond_its_size_or_is_packed_otherwise_is_refused_by_name() {
     let zeros = vec![0; 1 << 22];
@@ -229,7 +232,8 @@ fn a_chunk_that_grows_beyond_its_size_or_is_packed_otherwise_is_refused_by_name(
     }
 }
 
-/// P-BAG-OTHERS: a compressed recording that is damaged or cut is read up to its last whole chunk, and said to be damaged.
+/// P-BAG-OTHERS. A compressed recording that is damaged or cut is read up to its last whole chunk,
+/// and reported as damaged.
 #[test]
 fn a_damaged_compressed_recording_is_read_up_to_its_last_whole_chunk() {
     let bytes = seed();

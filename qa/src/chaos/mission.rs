@@ -146,7 +146,7 @@ struct Flight<'a> {
     instance: &'a Instance,
     /// In the order in which they were started first.
     children: Vec<Supervised>,
-    /// Which of them is the victim.
+    /// Index of the victim in `children`.
     victim: usize,
     /// Faults that were injected, with the moment at which each was over.
     moments: Vec<(Fault, MonotonicNs)>,
@@ -367,7 +367,11 @@ impl Flight<'_> {
             }
             self.is_over(due)?;
             let died = self.victim().ended()?.is_some_and(|status| status.code().is_none());
-            let Some(fault) = due.take().filter(|_| died) else { return Ok(()) };
+            let fault = due.take();
+            if !died {
+                return Ok(());
+            }
+            let Some(fault) = fault else { return Ok(()) };
             self.inject(fault)?;
             self.restart(None)?;
         }

@@ -34,11 +34,11 @@ pub struct Tally {
 pub struct Recovery {
     /// Faults that a decision followed.
     pub count: usize,
-    /// Half of them recovered within this, milliseconds.
+    /// Time within which half of the processes recovered, milliseconds.
     pub p50_ms: f64,
-    /// 99 % of them recovered within this, milliseconds.
+    /// Time within which 99 % of the processes recovered, milliseconds.
     pub p99_ms: f64,
-    /// The slowest of them recovered within this, milliseconds.
+    /// Time within which the slowest process recovered, milliseconds.
     pub max_ms: f64,
 }
 
@@ -74,7 +74,7 @@ impl Tally {
 }
 
 impl Recovery {
-    /// Of times in ascending order, nanoseconds.
+    /// The figures of recovery times in ascending order, nanoseconds.
     fn of(sorted_ns: &[u64]) -> Self {
         let Some(&max) = sorted_ns.last() else { return Self::default() };
         let ms = |ns: u64| ns as f64 / 1e6;

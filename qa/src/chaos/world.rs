@@ -85,7 +85,7 @@ impl World {
         std::fs::write(file, &self.resolved.resolved).map_err(Failure::run)
     }
 
-    /// The same mission without faults, in lockstep.
+    /// The mission of `seed` without faults, in lockstep.
     ///
     /// # Errors
     /// If a planner does not suit its robot.

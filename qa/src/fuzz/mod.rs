@@ -80,7 +80,7 @@ pub struct Failing {
 pub struct Answer {
     /// Missions that were flown in lockstep.
     pub missions: u64,
-    /// Those of them that were also flown with simulated faults.
+    /// Missions among them that were also flown with simulated faults.
     pub simulated: u64,
     /// Seeds whose drafts were none that can be flown.
     pub unflyable: u64,

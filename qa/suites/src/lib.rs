@@ -27,7 +27,16 @@ pub const SUITES: [Suite; 6] = [
     Suite { name: "site", files: &["tools/site", "crates/browser"] },
     Suite { name: "page in a browser", files: &["monitor/src/web", "tests/web", "tests/web.rs"] },
     Suite { name: "batch systems", files: &["tests/batch", "tests/batch.rs"] },
-    Suite { name: "endurance", files: &["qa/src/chaos", "qa/src/chaos.rs", "qa/src/endure.rs", "qa/tests/chaos.rs", "qa/tests/endure.rs"] },
+    Suite {
+        name: "endurance",
+        files: &[
+            "qa/src/chaos",
+            "qa/src/chaos.rs",
+            "qa/src/endure.rs",
+            "qa/tests/chaos.rs",
+            "qa/tests/endure.rs",
+        ],
+    },
     Suite { name: "planted bugs", files: &["qa/planted", "qa/src/planted", "qa/tests/planted.rs"] },
 ];
 
@@ -91,9 +100,8 @@ fn fingerprint(root: &Path, files: &[&str]) -> io::Result<String> {
 fn add(root: &Path, path: &Path, hasher: &mut Sha256) -> io::Result<()> {
     let whole = root.join(path);
     if !whole.is_dir() {
-        let contents = fs::read(&whole).map_err(|error| {
-            io::Error::new(error.kind(), format!("{}: {error}", path.display()))
-        })?;
+        let contents = fs::read(&whole)
+            .map_err(|error| io::Error::new(error.kind(), format!("{}: {error}", path.display())))?;
         hasher.update(path.to_string_lossy().as_bytes());
         hasher.update((contents.len() as u64).to_le_bytes());
         hasher.update(contents);
@@ -104,7 +112,8 @@ fn add(root: &Path, path: &Path, hasher: &mut Sha256) -> io::Result<()> {
         .collect::<io::Result<Vec<String>>>()?;
     names.sort();
     for name in names {
-        let is_left_behind = name.starts_with('.') || ["target", "__pycache__", "node_modules"].contains(&name.as_str());
+        let is_left_behind =
+            name.starts_with('.') || ["target", "__pycache__", "node_modules"].contains(&name.as_str());
         if !is_left_behind && !name.ends_with(".so") {
             add(root, &path.join(name), hasher)?;
         }

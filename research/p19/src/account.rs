@@ -24,7 +24,7 @@ pub struct Account {
     pub sampling: Sampling,
     /// Fig. 6: path ratio over the share covered, one rover.
     pub single: Vec<Row>,
-    /// The same on 15 × 15 cells, 98 and 100 % only.
+    /// Path ratio over the share covered, one rover on 15 × 15 cells, 98 and 100 % only.
     pub small: Vec<Row>,
     /// Fig. 7 on worlds of several sizes: four rovers, 99 %; overlap, then Voronoi.
     pub pairs: Vec<[Row; 2]>,

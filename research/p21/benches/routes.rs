@@ -126,7 +126,7 @@ fn missions() {
     println!("| the same on 821 × 821 cells, N = 8000 and 3000 | {own_ms:.1} | | | |");
 }
 
-/// The same planner by planner.
+/// Prints the time of each planner on its own.
 fn parts(worlds: &[World]) {
     let costs: Vec<CostMap> =
         worlds.iter().map(|world| world.prior.expected_time(Caution::default())).collect();

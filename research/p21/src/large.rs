@@ -198,7 +198,8 @@ mod tests {
     use routing::ett_exact;
     use rover::Caution;
 
-    /// P-LARGE: what the stand-in is made for.
+    /// P-LARGE: The stand-in for Jezero has a short way that a careful rover takes only if it was
+    /// seen to be good, and that then saves 30 %.
     #[test]
     fn the_short_way_is_closed_to_a_careful_rover_and_saves_a_third_where_it_is_good() {
         let map = LargeMap::new(1, 0.8);

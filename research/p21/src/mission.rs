@@ -82,16 +82,16 @@ pub enum RoverPlanner {
 /// How many samples the RRT* planners draw.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct Samples {
-    /// Of the rover's planners.
+    /// Samples of the rover's planners.
     pub rover: usize,
-    /// Of the helicopter's.
+    /// Samples of the helicopter's planners.
     pub helicopter: usize,
 }
 
 impl Samples {
-    /// Those for 200 x 200 cells.
+    /// Samples for 200 x 200 cells.
     pub const MONTE_CARLO: Self = Self { rover: 1200, helicopter: 600 };
-    /// Those for 821 x 821 cells.
+    /// Samples for 821 x 821 cells.
     pub const LARGE: Self = Self { rover: 8000, helicopter: 3000 };
 }
 
@@ -100,7 +100,7 @@ impl Samples {
 pub struct Setup {
     /// Planner of the safe rover.
     pub planner: RoverPlanner,
-    /// Of the RRT* planners.
+    /// Samples that the RRT* planners draw.
     pub samples: Samples,
     /// Flights at most, each with a drive after it. One in the paper's studies.
     pub stages: u32,

@@ -241,7 +241,9 @@ impl SingleGrid {
 mod tests {
     use super::*;
 
-    /// P-SINGLE: the number of paths is that of self-avoiding walks between opposite corners of 5 x 5 points.
+    /// P-SINGLE: The single-agent study weighs every simple path of its grids.
+    ///
+    /// The number of paths is that of self-avoiding walks between opposite corners of 5 x 5 points.
     #[test]
     fn all_simple_paths_from_corner_to_corner_are_weighed() {
         let paths = simple_paths();

@@ -58,7 +58,7 @@ pub struct ArmEndings {
 const RESAMPLINGS: usize = 1000;
 
 impl ArmEndings {
-    /// Those of each arm of [`Arm::ALL`], from the endings of all arms by world.
+    /// The endings of each arm of [`Arm::ALL`], from the endings of all arms by world.
     #[must_use]
     pub fn of_arms<'a>(
         worlds: impl Iterator<Item = &'a [Ending; Arm::ALL.len()]> + Clone,
@@ -132,7 +132,8 @@ impl ArmEndings {
         self.below(other, median)
     }
 
-    /// The same of the standard deviation.
+    /// By how many Sol the standard deviation of travel times is below that of `other`, with a
+    /// bootstrap interval over worlds; each of the rovers of its arm that arrived.
     #[must_use]
     pub fn sd_below(&self, other: &Self) -> Spread {
         self.below(other, |times| sd(times))

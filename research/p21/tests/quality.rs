@@ -4,7 +4,8 @@ use p21::{Samples, monte_carlo};
 use routing::{ett_exact, lower_bound, rrt_star_ett};
 use rover::Caution;
 
-/// P-ROUTE-GAP.
+/// P-ROUTE-GAP: On worlds of the study `ett_exact` is within 4 % of the proven bound, and RRT* is
+/// not below it.
 #[test]
 fn the_exact_search_is_close_to_a_proven_bound_and_rrt_star_is_not_below_it() {
     for seed in 1..=4 {

@@ -16,9 +16,9 @@ use crate::{KnownError, Reading};
 pub enum Experiment {
     /// Hills and hollows of hard ground (figs. 4, 5).
     Hard,
-    /// The same with a field of sand (figs. 6, 7, 10).
+    /// Hills and hollows with a field of sand (figs. 6, 7, 10).
     Heterogeneous,
-    /// The same, most of it sand (figs. 8, 9).
+    /// Hills and hollows, most of them sand (figs. 8, 9).
     Sandy,
     /// A plain with a tall rock and a low one (fig. 11).
     Rocks,

@@ -30,7 +30,8 @@ fn exact(world: &KnownMap, model: &Model, plan: &Plan) -> f64 {
     at[goal]
 }
 
-/// P-KNOWN-EXECUTION.
+/// P-KNOWN-EXECUTION: A policy that is carried out arrives with its exact probability, and journeys
+/// depend on their seed alone.
 #[test]
 fn the_success_of_journeys_is_the_exact_probability_within_sampling_noise() {
     let trials = 4_000;
@@ -52,6 +53,7 @@ fn the_success_of_journeys_is_the_exact_probability_within_sampling_noise() {
     }
 }
 
+/// P-KNOWN-EXECUTION.
 #[test]
 fn journeys_depend_on_their_seed_alone() {
     let world = KnownMap::new(Experiment::Rocks, &P22);

@@ -79,7 +79,7 @@ fn policies(model: &Model) -> Vec<Vec<Option<usize>>> {
     all
 }
 
-/// P-KNOWN-OPTIMAL.
+/// P-KNOWN-OPTIMAL: On small worlds no policy is better than the planned one.
 #[test]
 fn no_policy_of_all_is_better_anywhere_than_the_one_found() {
     let worlds = [
@@ -135,6 +135,7 @@ fn sweeps_that_keep_their_choices_lead_to_the_same_values() {
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
+    /// P-KNOWN-OPTIMAL.
     #[test]
     fn the_values_are_those_of_a_linear_solve_of_the_policy(
         heights_m in prop::array::uniform6(-0.4..0.4f64),

@@ -37,7 +37,8 @@ fn built(experiment: Experiment, reading: &Reading) -> (KnownMap, Model) {
     (world, model)
 }
 
-/// P-KNOWN-RULES.
+/// P-KNOWN-RULES: A vertical hop replaces a hop that collides, a slip into a rock bounces off, and
+/// nothing enters the tall rock.
 #[test]
 fn where_the_flight_at_45_degrees_collides_the_vertical_hop_takes_its_place() {
     let (world, model) = built(Experiment::Rocks, &P22);
@@ -54,6 +55,7 @@ fn where_the_flight_at_45_degrees_collides_the_vertical_hop_takes_its_place() {
     assert_eq!(landings, [(10, 11), (9, 11), (9, 12), (9, 10)].map(|(x, y)| Some(Cell::new(x, y))));
 }
 
+/// P-KNOWN-RULES.
 #[test]
 fn nothing_hops_at_the_tall_rock_and_a_slip_into_it_is_bounced_off() {
     let (world, model) = built(Experiment::Rocks, &P22);

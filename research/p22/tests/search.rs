@@ -16,7 +16,8 @@ fn likeness(reading: &Reading) -> Judged {
     Judged { holds, claims: questions.len(), reading: *reading }
 }
 
-/// P-KNOWN-SEARCH.
+/// P-KNOWN-SEARCH: The search for a reading is repeatable on any number of threads, and judges no
+/// reading twice.
 #[test]
 fn a_search_is_repeatable_and_climbs_to_the_summit() {
     let search = Search { seed: 4, samples: 20, climbs: 3, high_climbs: 1 };
@@ -27,6 +28,7 @@ fn a_search_is_repeatable_and_climbs_to_the_summit() {
     assert_eq!(found, search.run(|readings| readings.iter().map(likeness).collect()));
 }
 
+/// P-KNOWN-SEARCH.
 #[test]
 fn no_reading_is_judged_twice() {
     let mut seen = Vec::new();

@@ -59,7 +59,7 @@ pub struct ReadingScore<'a> {
 pub struct PooledDifference {
     /// Weighted mean of the differences, steps.
     pub steps: f64,
-    /// Its standard error, steps.
+    /// Standard error of the weighted mean, steps.
     pub standard_error: f64,
     /// Sum of the squared differences, each in standard errors: χ² if none of them were real.
     pub chi_squared: f64,

@@ -5,8 +5,11 @@
 use campaign::statistics::student;
 use p23::tables;
 
-/// P-STATISTICS: the paper's t-values follow from its tables by Student's test with pooled variance; the three of
-/// Table 17, of treasures, do not, nor does one of Table 5; a dash is printed where nobody succeeded.
+/// P-STATISTICS: Wilson's interval and Welch's, Student's and Fisher's tests reproduce published
+/// examples. The paper's own t-values follow from its tables, except four.
+///
+/// They follow by Student's test with pooled variance, except the three of Table 17, about
+/// treasures, and one of Table 5. A dash is printed where nobody succeeded.
 #[test]
 fn the_papers_own_t_values_follow_from_its_tables_but_for_four() {
     let mut strange = Vec::new();

@@ -104,7 +104,7 @@ pub struct Row {
     pub without_route: usize,
     pub median_sol: f64,
     pub sd_sol: f64,
-    /// Against the safe rover.
+    /// Saving of the median time against the safe rover.
     pub median_saving: Spread,
     pub mean_paired_saving: Spread,
     /// Time beyond that of the rover that knows the truth, where both arrive.

@@ -52,7 +52,7 @@ pub struct Account {
     claims: Vec<Claim>,
     #[serde(skip)]
     settings: Large,
-    /// Of the truths, in the order of the endings.
+    /// Seeds of the truths, in the order of the endings.
     #[serde(skip)]
     seeds: Vec<u64>,
 }

@@ -61,7 +61,8 @@ struct Row {
     choice: Choice,
     /// Share of all information that the path gains.
     information: Spread,
-    /// The same of its first five cells, less than half of the shortest path.
+    /// Share of all information that the first five cells of the path gain, less than half of the
+    /// shortest path.
     early: Spread,
     /// Types of cells that it visits.
     types: Spread,
@@ -82,7 +83,7 @@ pub struct Account {
     claims: Vec<Claim>,
     #[serde(skip)]
     trips: Vec<Trips>,
-    /// Of the grids, in the order of the trips.
+    /// Seeds of the grids, in the order of the trips.
     #[serde(skip)]
     seeds: Vec<u64>,
 }

@@ -33,7 +33,7 @@ pub struct Trip {
     pub path: String,
     /// Share of all information that it gains.
     pub information: f64,
-    /// The same of its first cells.
+    /// Share of all information that its first cells gain.
     pub early: f64,
     /// Types of cells seen.
     pub types: usize,

@@ -44,7 +44,7 @@ pub struct Times {
 }
 
 impl Times {
-    /// Those of a trial of which they are not known.
+    /// Times of a trial for which none are known.
     #[must_use]
     pub fn unknown(trial: u64) -> Self {
         Self { trial, planning_s: f64::NAN, episode_s: f64::NAN }

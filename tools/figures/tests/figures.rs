@@ -7,7 +7,8 @@ mod harness;
 
 use harness::{Mission, stderr};
 
-/// P-FIGURES: both forms, as `hopper journal draw` and `hopper gif` write them.
+/// P-FIGURES: `hopper journal draw` writes a picture as PDF and `hopper gif` a mission as an
+/// animation of at most 5 MB.
 #[test]
 fn a_mission_is_written_as_pdf_and_as_animation() {
     let mission = Mission::new("figures");

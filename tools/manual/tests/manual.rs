@@ -21,7 +21,7 @@ fn commands() -> Vec<String> {
     names
 }
 
-/// P-HELP: every command's help has examples, each of that very command.
+/// P-HELP: Every command's `--help` ends with examples.
 #[test]
 fn every_command_is_helped_with_examples() {
     fn check(command: &mut clap::Command, path: &str) {
@@ -48,7 +48,7 @@ fn every_command_of_a_tool_is_listed_with_its_program() {
     }
 }
 
-/// P-MANUAL: completions and manual pages know every command.
+/// P-MANUAL: The completions of five shells and the manual pages know every command.
 #[test]
 fn completions_and_manual_pages_know_every_command() {
     let page = manual(&["man"]);
@@ -78,7 +78,8 @@ fn completions_and_manual_pages_know_every_command() {
     }
 }
 
-/// P-COMPLETE: shells offer the names of scenarios, planners, campaigns and topics, and files where those are taken too.
+/// P-COMPLETE: Shells complete the names of scenarios, planners, campaigns and topics, and files
+/// where those are allowed too.
 #[test]
 fn shells_offer_the_names_that_arguments_know() {
     let bash = manual(&["completions", "bash"]);

@@ -283,7 +283,8 @@ struct Gathered {
 }
 
 impl Gathered {
-    /// Of which run the decisions are wanted. A run that is announced once more, as to a newcomer, changes nothing.
+    /// Begins to gather the decisions of a run. A run that is announced once more, as to a
+    /// newcomer, changes nothing.
     fn begin(&mut self, brief: Brief) {
         if self.brief.is_none_or(|known| known.run != brief.run) {
             *self = Self { brief: Some(brief), ..Self::default() };
@@ -323,8 +324,8 @@ mod tests {
         PastPage { run, robot: RobotId(0), from: Decision(from), records }
     }
 
-    /// P-LATENCY-ANNOUNCED: what was gathered of a run stays when that is announced once more, and goes when
-    /// another is.
+    /// P-LATENCY-ANNOUNCED: A run that is announced again costs a latency report nothing that it
+    /// has gathered.
     #[test]
     fn a_run_that_is_announced_again_loses_no_page() {
         let brief = hostile::fixtures::brief();
@@ -348,7 +349,8 @@ mod tests {
         assert_eq!(gathered.page(&page(other.run, 0, 1)).unwrap().1.len(), 1);
     }
 
-    /// P-LATENCY-SAME
+    /// P-LATENCY-SAME: Recordings of two scenarios are not compared; another seed or planner is
+    /// reported.
     #[test]
     fn missions_of_two_scenarios_are_not_compared_and_other_differences_are_told() {
         let source = |brief: Brief, seed: Option<&str>, planner: &str| {

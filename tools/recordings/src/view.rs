@@ -177,7 +177,9 @@ mod tests {
         assert_eq!(announced(1).map(|announced| &announced.route), Some(&route));
     }
 
-    /// P-BAG-ROBOTS.
+    /// P-BAG-ROBOTS: A recording keeps commands and announced routes under the name of their robot.
+    /// It has every announced route: one whose announcement was missed is requested and recorded
+    /// once.
     #[test]
     fn routes_that_were_missed_are_asked_for_recorded_once_and_shown() {
         let (mut recorder, Brief { run, .. }, routes) = recorder_of_two();

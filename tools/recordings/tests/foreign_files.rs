@@ -92,7 +92,8 @@ fn messages(bytes: &[u8]) -> Vec<(String, MonotonicNs, Vec<u8>)> {
     recording.entries().map(|entry| (entry.topic, entry.logged, entry.data.to_vec())).collect()
 }
 
-/// The same in one order: messages with one log time stand in that of their causes, or of the file.
+/// The messages of a recording in one order: those with one log time stand in that of their causes,
+/// or of the file.
 fn sorted(bytes: &[u8]) -> Vec<(String, MonotonicNs, Vec<u8>)> {
     let mut messages = messages(bytes);
     messages.sort();
@@ -146,7 +147,9 @@ fn stderr(output: &Output) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned()
 }
 
-/// P-BAG-REORDERED: messages are read and recovered wherever their channels stand in the file.
+/// P-BAG-REORDERED: Messages are read and recovered wherever the file defines their channels, in a
+/// later chunk or only in the summary. Messages without a channel are counted, such a file is
+/// reported as incomplete, and no empty file is written.
 #[test]
 fn messages_are_read_wherever_their_channels_stand() {
     let bytes = seed();
@@ -180,7 +183,7 @@ fn messages_are_read_wherever_their_channels_stand() {
     assert!(sorted(&damaged) == sorted(&bytes));
 }
 
-/// P-BAG-REORDERED: messages without a channel are counted, and no file is made of nothing.
+/// P-BAG-REORDERED. Messages without a channel are counted, and no empty file is written.
 #[test]
 fn messages_without_a_channel_are_a_fault_and_no_empty_file_is_written() {
     let folder = Folder::new();
@@ -238,7 +241,8 @@ fn mission(scenario: &str, run: u128, seed: &str, started_ns: u64) -> Vec<u8> {
     recorder.bytes()
 }
 
-/// P-BAG-MERGED: of two recordings in one file, each keeps its seed, scenario and end; what may be the other's is unknown.
+/// P-BAG-MERGED: If one file holds several recordings, seed, scenario and end of the last mission
+/// are its own or unknown, and a recovery keeps all metadata.
 #[test]
 fn two_recordings_in_one_file_keep_their_metadata_apart() {
     let folder = Folder::new();
@@ -299,7 +303,8 @@ fn two_recordings_in_one_file_keep_their_metadata_apart() {
     assert_eq!((scenario.status.code(), scenario.stdout.len()), (Some(1), 0), "{}", stderr(&scenario));
 }
 
-/// P-BAG-DAMAGED: messages that cannot be decoded are counted and left out by every reader, and by a recovery.
+/// P-BAG-DAMAGED: Messages that cannot be decoded are counted and left out, by every command and by
+/// a recovery.
 #[test]
 fn messages_that_cannot_be_decoded_are_counted_and_left_out() {
     let folder = Folder::new();
@@ -339,7 +344,8 @@ fn messages_that_cannot_be_decoded_are_counted_and_left_out() {
     assert_eq!((code, &told["undecodable"]), (Some(0), &0.into()), "{told}");
 }
 
-/// P-BAG-UNKNOWN: records of kinds that are not known are passed over, checksums or not; a chunk whose kind is damaged is none.
+/// P-BAG-UNKNOWN: Records of unknown kinds are skipped wherever they stand, with or without
+/// checksums; a chunk with a damaged opcode is reported.
 #[test]
 fn records_of_unknown_kinds_are_passed_over_and_damaged_chunks_are_not() {
     let bytes = seed();
@@ -369,7 +375,8 @@ fn records_of_unknown_kinds_are_passed_over_and_damaged_chunks_are_not() {
     }
 }
 
-/// P-BAG-OUT: a recovery that cannot be says what it needs, and writes nothing.
+/// P-BAG-OUT: An impossible recovery says what it needs, has exit code 2 and writes nothing: names
+/// of other formats, directories, empty and compressed files, files without messages.
 #[test]
 fn a_recovery_that_cannot_be_says_what_it_needs() {
     let folder = Folder::new();

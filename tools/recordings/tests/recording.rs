@@ -41,8 +41,10 @@ fn count(value: &Value) -> u64 {
     value.as_u64().unwrap_or_else(|| panic!("{value} is no count"))
 }
 
-/// P-BAG: a recording is whole, has every decision, the scenario, the seed and the journal's digest; and
-/// P-BAG-REPLAY: the planner that flew decides each decision as it did, on the very maps it had.
+/// P-BAG: A recording of `hopper run` has every decision, the scenario, the seed, and the journal's
+/// digest.
+/// P-BAG-REPLAY: On replay, the planner that flew takes every decision as it did, on maps with the
+/// same fingerprints; the differences of another planner are reported.
 #[test]
 fn a_recording_has_every_decision_and_its_planner_decides_them_again() {
     let mission = Mission::new("bag");
@@ -91,8 +93,8 @@ fn a_recording_has_every_decision_and_its_planner_decides_them_again() {
     assert!(first.contains(r#""decision":0,"#), "{first}");
 }
 
-/// P-LATENCY: the report has the times of the journal, misses have exit code 3, and two recordings of one mission
-/// are compared decision by decision.
+/// P-LATENCY: Latency reports of recordings and of running instances have the journal's times;
+/// missed deadlines give exit code 3.
 #[test]
 fn latency_is_reported_from_a_recording_and_from_a_running_instance() {
     let mission = Mission::new("latency");
@@ -142,8 +144,9 @@ fn latency_is_reported_from_a_recording_and_from_a_running_instance() {
     assert_eq!(mission.hopper(&alone).output().unwrap().status.code(), Some(4));
 }
 
-/// P-LATENCY-DEAD: a perception or planner that was killed is named, by a recording that began before, by one that began while it was dead, and
-/// by a report that begins when it lives again.
+/// P-LATENCY-DEAD: A long decision is explained by the perception or planner that was dead, and
+/// then not by the map or the load of the host: in a recording that began before or while it was
+/// dead, and in a report that begins when it is alive again.
 #[test]
 fn whoever_was_dead_is_named_as_the_cause() {
     let mission = Mission::new("dead");
@@ -203,8 +206,10 @@ fn whoever_was_dead_is_named_as_the_cause() {
     }
 }
 
-/// P-BAG-KILL: a recording whose monitor was killed outright is read, told to be cut, and made whole; and
-/// P-BAG-PYTHON: the `mcap` package of PyPI reads a whole recording, and a cut one once it is recovered.
+/// P-BAG-KILL: A recording whose monitor was killed is readable, reported as cut, and recovered
+/// with all its messages.
+/// P-BAG-PYTHON: PyPI's `mcap` reads a whole recording, and a recovered one, to the same counts,
+/// digests and cells.
 #[test]
 fn a_killed_recording_is_recovered_and_python_reads_both() {
     let mission = Mission::new("killed");
@@ -253,7 +258,7 @@ fn a_killed_recording_is_recovered_and_python_reads_both() {
     assert!(told["metadata"]["recovered"]["fault"].as_str().is_some_and(|fault| !fault.is_empty()), "{told}");
 }
 
-/// P-BAG-END: a recording has its end, whatever ends the monitor but a kill.
+/// P-BAG-END: A recording is finished properly however the monitor ends, except by a kill.
 #[test]
 fn a_recording_has_an_end_though_the_mission_has_none() {
     let mission = Mission::new("cut");
@@ -275,7 +280,8 @@ fn a_recording_has_an_end_though_the_mission_has_none() {
     );
 }
 
-/// P-BAG-CODE: a mission whose recording was given up has exit code 1, after its summary, and names every file.
+/// P-BAG-CODE: A mission whose recording is incomplete has exit code 1, after its summary, which
+/// names all its files.
 #[test]
 fn a_recording_that_is_not_whole_is_no_success() {
     let mission = Mission::new("failing");
@@ -293,7 +299,7 @@ fn a_recording_that_is_not_whole_is_no_success() {
     assert_eq!(summary["artifacts"]["recording-2"], "a-2.mcap", "{summary}");
 }
 
-/// P-BAG-STALL: a recorder that is stopped in mid-mission holds up no hop.
+/// P-BAG-STALL: A recorder that is stopped during a mission delays no hop.
 #[test]
 fn a_stopped_recorder_holds_up_no_hop() {
     let mission = Mission::new("stalled");
@@ -316,8 +322,8 @@ fn a_stopped_recorder_holds_up_no_hop() {
     assert_eq!(flown["digest"], lockstep(&["--seed", "9"])["digest"]);
 }
 
-/// P-BAG-OVERFLOW: a recorder that is stopped while thousands of hops a second are flown, and goes on, has the record of every
-/// decision: it requests from the past what its queues lost.
+/// P-BAG-OVERFLOW: If the recorder's queues overflow, the recording still has the record of every
+/// decision, and the report says both.
 #[test]
 fn what_the_queue_lost_is_taken_from_the_past() {
     let mission = Mission::new("overflow");
@@ -354,7 +360,8 @@ fn what_the_queue_lost_is_taken_from_the_past() {
     assert_eq!(String::from_utf8(rows).unwrap().lines().count() as u64, 1 + count(&flown["decisions"]));
 }
 
-/// P-BAG-EMPTY: a recording without a mission in it is refused by all who read missions, with what is missing.
+/// P-BAG-EMPTY: A recording without a mission in it is refused by every reader of missions, with
+/// what is missing.
 #[test]
 fn a_recording_without_a_mission_is_refused() {
     let mission = Mission::new("bag-empty");
@@ -372,7 +379,7 @@ fn a_recording_without_a_mission_is_refused() {
     }
 }
 
-/// P-BAG-FILE: nothing is written over, and what cannot be recorded is refused.
+/// P-BAG-FILE: No recording is overwritten, and a file that is not a recording is refused.
 #[test]
 fn a_recording_is_never_written_over() {
     let mission = Mission::new("twice");
@@ -392,7 +399,7 @@ fn a_recording_is_never_written_over() {
     }
 }
 
-/// P-BAG-AGAIN: a supervised monitor that was killed goes on in another file, and leaves the first as it is.
+/// P-BAG-AGAIN: A supervised monitor that was killed continues recording in another file.
 #[test]
 fn a_monitor_that_was_killed_records_on_in_another_file() {
     let mission = Mission::new("again");

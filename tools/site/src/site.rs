@@ -32,9 +32,9 @@ const STYLE: &str = "<link rel=\"stylesheet\" href=\"browser.css\">";
 pub struct Site {
     /// Number of files.
     pub files: usize,
-    /// Bytes of all of them.
+    /// Bytes of all files.
     pub bytes: u64,
-    /// The same, each packed with gzip.
+    /// Bytes of all files, each packed with gzip.
     pub compressed_bytes: u64,
 }
 

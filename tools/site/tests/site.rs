@@ -49,9 +49,9 @@ fn site() -> Option<PathBuf> {
     .clone()
 }
 
-/// P-BROWSER-DIGEST: as WebAssembly in Node, missions end as on this machine, bit for bit: hoppers in both profiles, with a
-/// planner that takes over, and rovers that cover ground. Not rover and helicopter: their crates take logarithms from the
-/// platform.
+/// P-BROWSER-DIGEST: As WebAssembly, missions of hoppers in both profiles, with a planner that takes
+/// over, and of rovers that cover ground end with the digest, the map and the steps of the native
+/// program, bit for bit. Missions of rover and helicopter are not compared.
 #[test]
 fn missions_as_web_assembly_end_as_on_this_machine() {
     if suites::is_left_out("site") {
@@ -67,8 +67,9 @@ fn missions_as_web_assembly_end_as_on_this_machine() {
     assert_eq!(differences(&site, &missions).unwrap(), Vec::<String>::new());
 }
 
-/// P-BROWSER-PAGE: in a real browser, from static files below any path, a link sets scenario, seed, profile, planners and
-/// hop; a click swaps the planner; the link of what was flown repeats it; a dropped elevation model becomes the ground.
+/// P-BROWSER-PAGE: In a real browser, below any path, the page without a server flies what its link
+/// says; a click swaps the planner, the link of what was flown repeats it, and a dropped elevation
+/// model becomes the ground.
 #[test]
 fn the_page_flies_missions_without_a_server() {
     if suites::is_left_out("site") {
@@ -126,7 +127,7 @@ fn model() -> String {
     text
 }
 
-/// P-BROWSER-GROUND: an elevation model that is at hand makes the mission that its file makes.
+/// P-BROWSER-GROUND: An elevation model held in memory gives the same mission as its file.
 #[test]
 fn an_elevation_model_at_hand_makes_the_mission_of_its_file() {
     if suites::is_left_out("site") {

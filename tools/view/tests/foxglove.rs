@@ -88,8 +88,9 @@ impl Viewer {
     }
 }
 
-/// P-FOXGLOVE: every channel of a recording is advertised, messages come, the newest of them to whoever comes late, policies
-/// once somebody looks; and a viewer that never reads delays no hop.
+/// P-FOXGLOVE: `hopper monitor --foxglove` advertises every channel of a recording and sends its
+/// messages. A viewer that connects late gets the newest of each channel, and a viewer that does
+/// not read delays no hop.
 #[test]
 fn a_viewer_is_told_the_channels_and_gets_messages() {
     let mission = Mission::new("foxglove");
@@ -125,9 +126,10 @@ fn a_viewer_is_told_the_channels_and_gets_messages() {
     assert_eq!(monitor.code(), 0, "{}", monitor.log());
 }
 
-/// P-FOXGLOVE-GATE: the page of another server is no viewer unless it is named, and the log says how; many sockets that say
-/// nothing keep no viewer out.
-/// P-FOXGLOVE-LICHTBLICK: its name of the protocol is spoken.
+/// P-FOXGLOVE-LICHTBLICK: Viewers that call the protocol by its older name, as Lichtblick does, are
+/// served.
+/// P-FOXGLOVE-GATE. A page of another server is refused unless it is named, and the log says how;
+/// many silent sockets keep no viewer out.
 #[test]
 fn pages_and_silent_sockets_get_nothing_and_older_viewers_are_served() {
     let mission = Mission::new("foxglove-gate");

@@ -131,7 +131,7 @@ impl PriorGathering {
 mod tests {
     use super::*;
 
-    /// P-PRIOR-SUM.
+    /// P-PRIOR-SUM: Priors that do not add up are refused by name.
     #[test]
     fn priors_that_do_not_add_up_are_refused_by_name() {
         for (probabilities, need) in [

@@ -17,7 +17,7 @@ pub enum Profile {
     /// Sakamoto & Kunii 2023 reproduced to the letter.
     #[serde(rename = "paper-2023")]
     Paper2023,
-    /// The same world, our planners' choices.
+    /// The paper's world with our planners' choices.
     #[serde(rename = "hopper")]
     Hopper,
 }
@@ -189,8 +189,8 @@ pub struct Brief {
     /// sensor and payoff, which are a hopper's, are not read.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cover: Option<Cover>,
-    /// What planners of routes are given, if a rover is to reach a goal over uncertain ground. As for `cover`, the robots
-    /// are in [`crate::Team`], and so are their starts and the goal.
+    /// What planners of routes are given, if a rover is to reach a goal over uncertain ground. The
+    /// robots, their starts and their goals are in [`crate::Team`].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub scout: Option<Scout>,
     /// Which robots decide the mission, if each has a task of its own. Then `cover` is what those rovers cover that have no goal,

@@ -128,7 +128,8 @@ mod tests {
         Some((missing.to_string(), missing.command(Some("home")) + missing.and_others()))
     }
 
-    /// P-MANNED: a planner stands for the robots that it plans for, and for no others.
+    /// P-MANNED: A planner counts only for the robots that it plans for: hopper-sim, doctor, page
+    /// and terminal name each acting robot without a planner, and the command that starts one.
     #[test]
     fn a_planner_is_missing_for_each_robot_that_acts_and_for_which_none_plans() {
         // What hopper-sim and perception say of robots is not who plans for them.

@@ -64,7 +64,7 @@ impl PeerTable {
         self.live(now).any(|peer| peer.beat.role == role && peer.beat.run == run)
     }
 
-    /// Those of `robots` for which no planner plans that lives at `now`.
+    /// The robots among `robots` for which no planner plans that lives at `now`.
     #[must_use]
     pub fn without_planner(&self, robots: RobotSet, now: MonotonicNs) -> RobotSet {
         let planners = self.live(now).filter(|peer| peer.beat.role == Role::Planner);

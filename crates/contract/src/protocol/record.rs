@@ -19,9 +19,9 @@ pub struct Record {
     pub leader: Leader,
     /// Action executed, whoever chose it.
     pub action: Action,
-    /// Who chose it. Who commands stays who commands, whatever the fallback does meanwhile.
+    /// Who chose the action: a planner or the fallback, which does not change who commands.
     pub origin: Origin,
-    /// What the guard vetoed before it, at this decision.
+    /// What the guard vetoed at this decision before the action.
     pub vetoed: Vetoed,
     /// Fingerprint of the map it was decided on; 0 for a fallback, which knows none.
     pub observation: u64,

@@ -212,7 +212,7 @@ mod tests {
         Route::new((0..points).map(|x| Waypoint { x_m: x as f64, y_m: 0.5 }).collect())
     }
 
-    /// P-ROUTE-POINTS.
+    /// P-ROUTE-POINTS: A route has 1 to 256 points; any other number is refused by name.
     #[test]
     fn a_route_has_one_to_256_points_not_too_far_apart() {
         assert!(route(1).is_ok() && route(ROUTE_POINTS_MAX).is_ok());

@@ -42,9 +42,9 @@ pub struct State {
     pub vetoed: Vetoed,
     /// What became of the last action; `None` at decision 0.
     pub last: Option<Outcome>,
-    /// Who chose it.
+    /// Who chose the last action.
     pub last_origin: Origin,
-    /// What the guard vetoed before it.
+    /// What the guard vetoed before the last action.
     pub last_vetoed: Vetoed,
     /// Digest of the state before; zero at decision 0.
     pub previous: Digest,

@@ -295,7 +295,7 @@ pub struct Travel {
     pub moved: Option<Decision>,
     /// Drives that ended because the time of their stage was used up: it is in stage `halts` + 1.
     pub halts: u32,
-    /// The last of them, with which its present stage began.
+    /// The last decision whose drive the end of a stage cut short; its present stage began with it.
     pub halted: Option<Decision>,
     /// Length of its flights in this stage, metres.
     pub flown_m: f64,

@@ -109,7 +109,10 @@ mod tests {
         record.state_after(RunId(1), MonotonicNs(1), MonotonicNs(2))
     }
 
-    /// P-TIMELINE.
+    /// P-TIMELINE: Every reader of the past compares each record and state with the digest chain.
+    /// If the journal has lost its tail, or was restored and continued elsewhere, map and history
+    /// are rebuilt, and no plan for another past is sent or executed: states, maps and commands
+    /// name the digest they belong to.
     #[test]
     fn a_past_is_contradicted_by_what_cannot_follow_it_and_by_nothing_else() {
         let east = Action::Hop(Direction::East);

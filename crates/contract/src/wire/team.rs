@@ -37,13 +37,13 @@ pub struct MemberV5 {
     pub ready_at_ns: u64,
     /// Its last decision plus 1; 0 before its first.
     pub last: u64,
-    /// Of a rover or a helicopter.
+    /// Speed of a rover (1) or a helicopter, m/s; not read of other vehicles.
     pub speed_mps: f64,
     /// 1 rover, 2 driver, 3 helicopter, 4 hopper, 5 hopper with a goal of its own. What follows up to `waits` is read of 2 and 3 only.
     pub vehicle: u32,
     /// 1 square, 2 track, 3 camera, 4 disc, 5 camera that errs.
     pub sensor: u32,
-    /// Of a square.
+    /// How far a square sensor sees, cells; not read of other sensors.
     pub range_cells: u32,
     /// [`Standing::code`].
     pub standing: u32,
@@ -53,24 +53,27 @@ pub struct MemberV5 {
     pub cell: [i32; 2],
     /// Goal (x, y) of a hopper that has its own, cells.
     pub goal: [i32; 2],
-    /// 0 north, 1 east, 2 south, 3 west; so is the next.
+    /// Heading at the start: 0 north, 1 east, 2 south, 3 west.
     pub start_heading: u32,
+    /// Heading now: 0 north, 1 east, 2 south, 3 west.
     pub heading: u32,
+    /// Start (x, y) of a driver or a helicopter; not read of other vehicles.
     pub start_m: [f64; 2],
-    /// Of a driver; so is the next.
+    /// Goal (x, y) of a driver; not read of other vehicles.
     pub goal_m: [f64; 2],
+    /// How near to its goal a driver is done, metres; not read of other vehicles.
     pub goal_radius_m: f64,
-    /// Of a helicopter.
+    /// How far a helicopter may fly, metres; not read of other vehicles.
     pub budget_m: f64,
-    /// Of a camera.
+    /// How far a camera sees, metres; not read of other sensors.
     pub radius_m: f64,
-    /// Of a camera that errs.
+    /// Share of readings that are right, of a camera that errs; not read of other sensors.
     pub accuracy: f64,
     /// Where it is.
     pub at_m: [f64; 2],
     /// Fingerprint of its route; 0 for none.
     pub route: u64,
-    /// The decision by which it announced that plus 1; 0 for none.
+    /// The decision by which it announced its route plus 1; 0 for none.
     pub announced: u64,
     /// Its last drive or flight plus 1; 0 before its first.
     pub moved: u64,
@@ -81,7 +84,7 @@ pub struct MemberV5 {
     pub waits: u32,
     /// Drives that the end of a stage cut short.
     pub halts: u32,
-    /// The last of them plus 1; 0 before the first.
+    /// The last decision whose drive the end of a stage cut short, plus 1; 0 for none.
     pub halted: u64,
 }
 

@@ -17,7 +17,7 @@ const BESIDE_WIDTHS: f64 = 1.1;
 #[derive(Debug)]
 pub(super) struct Speeds {
     layer: SpeedLayer,
-    /// Of each cell, metres.
+    /// Height of each cell, metres.
     heights_m: Vec<f64>,
 }
 
@@ -72,7 +72,8 @@ mod tests {
     use super::*;
     use contract::{Digest, DriveSpeed, Grid, Ground, RobotId, RunId, SpeedPrior};
 
-    /// P-VIEWERS-SPEED: every cell is in both clouds, with what is believed of its speed, the spread beside the map.
+    /// P-VIEWERS-SPEED: Recordings show every cell of uncertain ground with its expected speed, and
+    /// the spread beside the map.
     #[test]
     fn expected_speeds_lie_on_the_ground_and_their_spread_beside_it() {
         let grid = Grid::new(2, 1, 10.0, 1).unwrap();

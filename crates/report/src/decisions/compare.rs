@@ -122,7 +122,9 @@ impl fmt::Display for TimingComparison {
 mod tests {
     use super::*;
 
-    /// P-LATENCY-COMPARE: against Hollander & Wolfe, table 3.1 (Hamilton depression scale, nine patients): of
+    /// P-LATENCY-COMPARE: The signed-rank sum agrees with a published example.
+    ///
+    /// Against Hollander & Wolfe, table 3.1 (Hamilton depression scale, nine patients): of
     /// differences before minus after, T+ = 40.
     #[test]
     fn the_signed_rank_sum_agrees_with_a_published_example() {

@@ -203,7 +203,7 @@ mod tests {
         DecisionTimings::new(decisions, disturbances)
     }
 
-    /// P-LATENCY-REPORT: percentiles, misses and causes are those of the decisions.
+    /// P-LATENCY-REPORT: The longest decisions of a latency report are named with their causes.
     #[test]
     fn the_worst_decisions_are_named_with_their_causes() {
         let report = timings().report(600_000, Conditions::default());
@@ -238,7 +238,8 @@ mod tests {
         );
     }
 
-    /// Against a look at every disturbance: long ones, short ones, and decisions whose clock began anew.
+    /// Compared with a search through all disturbances: long ones, short ones, and decisions whose
+    /// clock began anew.
     #[test]
     fn every_happening_that_touches_a_decision_is_found() {
         let roles = Role::ALL;

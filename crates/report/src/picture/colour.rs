@@ -214,7 +214,8 @@ mod tests {
         }
     }
 
-    /// P-SPEED-COLOURS: to every eye each step of a ramp is darker, or lighter, than the one before, by as much as can be seen.
+    /// P-SPEED-COLOURS: Shades of speed and spread differ by lightness alone, also for colour-blind
+    /// eyes.
     #[test]
     fn speeds_and_spreads_are_told_by_lightness_alone() {
         for colours in [&SPEEDS[..], &SPREADS[..]] {

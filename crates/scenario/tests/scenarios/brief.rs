@@ -33,7 +33,8 @@ fn the_gradient_source_follows_the_profile_unless_stated() {
     assert_eq!(source(&stated, Some(Profile::Hopper)), GradientSource::Measured);
 }
 
-/// P-GUARD-SCENARIO.
+/// P-GUARD-SCENARIO: `[guard]` is validated; it is on by default in profile hopper and off in
+/// profile paper-2023.
 #[test]
 fn the_guard_is_on_in_profile_hopper_and_off_in_the_papers() {
     let world = |text: &str, profile: Profile| {
@@ -58,6 +59,7 @@ fn the_guard_is_on_in_profile_hopper_and_off_in_the_papers() {
     assert!(!unused.resolved.contains("[guard]"));
 }
 
+/// P-READINGS.
 #[test]
 fn a_reading_is_in_the_brief_and_in_the_hash_only_where_it_differs() {
     let text = include_str!("../../../../scenarios/hard.toml");
@@ -90,7 +92,7 @@ fn a_reading_is_in_the_brief_and_in_the_hash_only_where_it_differs() {
     says(&ours.resolve().unwrap_err().to_string(), &["brief.reading", "paper-2023", "hopper"]);
 }
 
-/// P-PATROL-SCENARIO.
+/// P-PATROL-SCENARIO: A patrol's goals and hops are validated, and it has no step limit.
 #[test]
 fn a_patrol_has_goals_in_turn_and_a_count_of_hops() {
     let patrol = |text: &str| {

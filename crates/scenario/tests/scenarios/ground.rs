@@ -133,7 +133,8 @@ fn a_sand_mask_lies_where_the_model_does_and_what_looks_like_nodata_in_it_is_war
     says(&folder.error(&mask(&elsewhere)), &["mask.asc", "(101, 301)", "(103, 301)", "same extent"]);
 }
 
-/// P-DEM-FILL: datum, priors and ground go without what looks like nodata, until the scenario settles it.
+/// P-DEM-FILL. Datum, priors and ground leave out what looks like nodata until the scenario settles
+/// it.
 #[test]
 fn what_looks_like_nodata_counts_for_nothing_until_it_is_settled() {
     let folder = Folder::new();

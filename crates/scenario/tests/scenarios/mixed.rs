@@ -43,7 +43,8 @@ fn robots_of_all_kinds_have_starts_goals_and_sensors_of_their_own() {
     assert_eq!((again.hash, &again.fleet, again.brief), (world.hash, &world.fleet, world.brief));
 }
 
-/// P-MIXED-DESIGN: hoppers may hop and see otherwise than `[robot]` says, each for itself; what is left out is as there.
+/// P-MIXED-DESIGN: Each hopper of a mission hops, sees and is guarded by its own law and sensor;
+/// values that it leaves out are those of `[robot]`.
 #[test]
 fn hoppers_have_designs_of_their_own() {
     let hopper = "start = [60, 62]\ngoal = [140, 66]";
@@ -63,7 +64,7 @@ fn hoppers_have_designs_of_their_own() {
     assert_ne!(other.hash, world.hash, "a mission of other hoppers is another mission");
 }
 
-/// P-MIXED-SCENARIO.
+/// P-MIXED-SCENARIO: Every impossible mixed mission is refused with one error.
 // Long: a row for each error.
 #[test]
 fn missions_of_all_kinds_that_cannot_be_are_refused_by_name() {

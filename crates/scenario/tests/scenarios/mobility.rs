@@ -41,7 +41,8 @@ fn resolved(dir: &Path, mobility: &str, ends: &str) -> Result<ResolvedScenario, 
 
 const ENDS: &str = "start = [0, 0]\ngoal = [1, 3]";
 
-/// P-MOBILITY-OWN: classes, slopes and rocks give prior and truth, and the ends of the brief the rover's trip.
+/// P-MOBILITY-OWN: On ground of the user's own, terrain classes, slopes and rock abundance give the
+/// prior of the speeds, and the truth is possible under it.
 #[test]
 fn classes_slopes_and_rocks_give_the_prior_and_a_truth_that_is_possible_under_it() {
     let dir = tempfile::tempdir().unwrap();
@@ -93,7 +94,8 @@ fn speeds_certain_classes_and_a_given_truth_are_read() {
     assert_eq!(speeds, [DriveSpeed::Fast, DriveSpeed::Medium, DriveSpeed::Medium], "rough outcrop is slower");
 }
 
-/// P-MOBILITY-REFUSED: one clear error each.
+/// P-MOBILITY-REFUSED: Rasters of other cells, values out of range and probabilities that do not
+/// add up are refused by name.
 // Long: a row for each error.
 #[test]
 fn rasters_that_do_not_fit_and_probabilities_that_cannot_be_are_refused_by_name() {

@@ -115,7 +115,7 @@ fn a_value_too_many_is_refused_wherever_their_number_is_fixed() {
     }
 }
 
-/// P-TREASURE-CELLS
+/// P-TREASURE-CELLS: Treasures lie where they can be collected, or the scenario is refused.
 #[test]
 fn treasures_lie_where_they_can_be_collected() {
     let treasures = built_in("treasures").terrain.treasures.clone();

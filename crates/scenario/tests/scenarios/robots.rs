@@ -14,7 +14,9 @@ fn a_check_tells_what_rovers_cover_and_what_they_are() {
     assert!(!told.contains("hops of") && !told.contains("payoff"), "{told}");
 }
 
-/// P-SCOUT-SCENARIO.
+/// P-SCOUT-SCENARIO: Every scenario of rover and helicopter that is impossible is refused with one
+/// error that names the reason.
+/// P-STAGES-SCENARIO.
 #[test]
 fn missions_with_scouts_that_cannot_be_are_refused_by_name() {
     let resolve = |terrain: &str, mission: &str, robots: &str| {
@@ -76,8 +78,8 @@ fn missions_with_scouts_that_cannot_be_are_refused_by_name() {
     }
 }
 
-/// P-SENSOR-DRAWN: a camera that errs is right as often as the scenario says, on each of whose cells it reads one speed; one
-/// that is always right is one without error.
+/// P-SENSOR-DRAWN: A camera that errs is right as often as the scenario says; at accuracy 1 it is a
+/// camera without error.
 #[test]
 fn a_camera_that_errs_is_right_as_often_as_the_scenario_says() {
     let world = |accuracy: &str| {
@@ -100,7 +102,8 @@ fn a_camera_that_errs_is_right_as_often_as_the_scenario_says() {
     assert_eq!(erring.fleet.unwrap().robots[1].sensor.accuracy(), Some(0.8));
 }
 
-/// P-STAGES-SCENARIO: one stage is the default, and a scenario that states it is the same.
+/// P-STAGES-SCENARIO: One stage is the default, and a scenario that states it has the same hash.
+/// Impossible numbers of stages are refused.
 #[test]
 fn a_mission_has_the_stages_of_its_scenario_and_one_by_default() {
     let world = |stages: &str| {

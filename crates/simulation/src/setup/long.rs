@@ -14,7 +14,7 @@ const ONE_IN: u64 = 64;
 /// Hops of a patrol, and actions of a robot at most.
 const ACTIONS_MAX: u64 = 1_200;
 
-/// The same of each robot, where most of its first actions are those of the fallback.
+/// Actions of each robot at most, where the fallback takes most of its first actions.
 const ROBOT_ACTIONS_MAX: u64 = 320;
 
 /// Until when a decision has to be taken in missions that slow planners make long, nanoseconds.

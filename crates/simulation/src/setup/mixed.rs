@@ -49,7 +49,7 @@ pub(super) fn robots(seed: u64) -> u16 {
     kinds(seed).len() as u16
 }
 
-/// Those of that kind.
+/// The robots of that kind.
 fn those(kinds: &[Kind], kind: Kind) -> RobotSet {
     let robots = (0..).map(RobotId).zip(kinds).filter(|(_, other)| **other == kind);
     robots.fold(RobotSet(0), |set, (robot, _)| set.with(robot))
@@ -126,7 +126,7 @@ impl Places {
         start
     }
 
-    /// The same, which is nobody's goal either.
+    /// A start for a rover that covers ground, which is nobody's goal either.
     fn start_to_cover(&mut self, chance: &mut Chance) -> Cell {
         loop {
             let start = self.start(chance);
@@ -170,9 +170,11 @@ fn robot(kind: Kind, places: &mut Places, accuracy: Option<f64>, chance: &mut Ch
         let vehicle = Vehicle::Helicopter { start: Waypoint::middle_of(&grid, cell), speed_mps, budget_m };
         let radius_m = chance.pick(&[0.8, 1.5, 2.5]);
         // Now and then one that errs flies beside one that does not.
-        let accuracy = accuracy.filter(|_| !chance.one_in(4));
-        let erring = accuracy.map(|accuracy| Sensor::ErringCamera { radius_m, accuracy });
-        return of(vehicle, erring.unwrap_or(Sensor::Camera { radius_m }), cell);
+        let sensor = match accuracy {
+            Some(accuracy) if !chance.one_in(4) => Sensor::ErringCamera { radius_m, accuracy },
+            _ => Sensor::Camera { radius_m },
+        };
+        return of(vehicle, sensor, cell);
     }
     let cell = if kind == Kind::Rover { places.start_to_cover(chance) } else { places.start(chance) };
     match kind {
@@ -207,9 +209,10 @@ fn terrain(seed: u64, grid: Grid, places: &Places, has_speeds: bool, chance: &mu
         let of_cell = |cell: Cell| -> (DriveSpeed, SpeedPrior) {
             let middle = Waypoint::middle_of(&grid, cell);
             let is_kept = ends.iter().any(|end| end.distance_m(middle) <= GOOD_M / 2.0);
-            let region = region_at(&regions, middle).filter(|_| !is_kept);
-            region
-                .map_or((DriveSpeed::Fast, certain(DriveSpeed::Fast)), |region| (region.speed, region.prior))
+            match region_at(&regions, middle) {
+                Some(region) if !is_kept => (region.speed, region.prior),
+                _ => (DriveSpeed::Fast, certain(DriveSpeed::Fast)),
+            }
         };
         for (ground, cell) in cells.iter_mut().zip(grid.iter()) {
             let (speed, of_speeds) = of_cell(cell);
@@ -235,7 +238,8 @@ pub(super) fn mission(seed: u64, number: u64) -> Mission {
     let robots: Vec<Robot> =
         kinds.iter().map(|kind| robot(*kind, &mut places, accuracy, &mut chance)).collect();
     let mut terrain = terrain(own_seed, grid, &places, has_speeds, &mut chance);
-    if let Some(accuracy) = accuracy.filter(|_| robots.iter().any(|robot| robot.sensor.accuracy().is_some()))
+    if let Some(accuracy) = accuracy
+        && robots.iter().any(|robot| robot.sensor.accuracy().is_some())
     {
         read(&mut chance, accuracy, &mut terrain);
     }
@@ -314,7 +318,12 @@ fn required(kinds: &[Kind], chance: &mut Chance) -> RobotSet {
         .filter(|(_, kind)| **kind != Kind::Helicopter)
         .map(|(robot, _)| robot)
         .collect();
-    let some = grounded.iter().filter(|_| !chance.one_in(4)).fold(RobotSet(0), |set, robot| set.with(*robot));
+    let mut some = RobotSet(0);
+    for robot in &grounded {
+        if !chance.one_in(4) {
+            some = some.with(*robot);
+        }
+    }
     if some.0 == 0 { RobotSet(0).with(grounded[0]) } else { some }
 }
 

@@ -157,9 +157,10 @@ fn terrain(chance: &mut Chance, grid: Grid, good: DriveSpeed, kept: [Waypoint; 2
         .iter()
         .map(|cell| {
             let middle = Waypoint { x_m: f64::from(cell.x) + 0.5, y_m: f64::from(cell.y) + 0.5 };
-            let (speed, prior) = region_at(&regions, middle)
-                .filter(|_| !is_kept(middle))
-                .map_or((good, certain(good)), |region| (region.speed, region.prior));
+            let (speed, prior) = match region_at(&regions, middle) {
+                Some(region) if !is_kept(middle) => (region.speed, region.prior),
+                _ => (good, certain(good)),
+            };
             let height_m = relief_m * heights.unit();
             (Ground { speed: Some(speed), height_m, ..Ground::FLAT }, prior)
         })

@@ -34,8 +34,8 @@ impl Planes {
         hop_residuals(simd, afterstates, unknown, shifts, skew, world, &soils(world))
     }
 
-    /// The same, but writes the linear equation of the best hops' correction instead, its four factors in the order of
-    /// [`Diagonal::steps`](super::skew::Diagonal::steps).
+    /// Computes residuals, but writes the linear equation of the best hops' correction in their
+    /// place, its four factors in the order of [`Diagonal::steps`](super::skew::Diagonal::steps).
     pub fn linear_residuals(&mut self, simd: Simd, skew: &Skew, world: &GridWorld) -> f64 {
         let rules = world.rules();
         let stays = rules.leaving == Leaving::Stays;

@@ -91,7 +91,8 @@ const DOUBLE_SWEEPS: u64 = 8;
 /// Change of an afterstate value, relative to the largest there may be, at which sweeps in single precision end: some
 /// 250 units in the last place, so that corrections are small enough for single precision to hold them to the bound.
 const SINGLE: f64 = 1.5e-5;
-/// The same on small worlds without lingering, where the linear equation of the best hops takes over.
+/// Change, relative to the largest there may be, at which sweeps in single precision end on small
+/// worlds without lingering, where the linear equation of the best hops takes over.
 const SINGLE_SMALL: f64 = 1.5e-4;
 /// Residuals above this many times that change are swept again before they are corrected.
 const SWEEP_AGAIN: f64 = 10.0;
@@ -256,8 +257,8 @@ impl Solver {
         Self { simd: simd.or_available(), ..Self::default() }
     }
 
-    /// The same with a second thread in wavefronts over large worlds, if `threads` is more than one. The values are
-    /// the same bit for bit.
+    /// This solver with a second thread in wavefronts over large worlds, if `threads` is more than
+    /// one. The values are the same bit for bit.
     #[must_use]
     pub fn with_threads(mut self, threads: usize) -> Self {
         self.planes.threads = threads;

@@ -99,7 +99,7 @@ mod tests {
     use super::*;
     use crate::fixtures::Fixture;
 
-    /// P-LANES.
+    /// P-LANES: Vectors of any width give the same bits.
     #[test]
     fn every_width_of_registers_gives_the_same_bits() {
         // From that level on, the rings of the last are of several rows.

@@ -146,8 +146,10 @@ impl GoalReachability {
                 return Some(node);
             }
             let landings = landings(world, node);
-            let mut beside =
-                Hop::ALL.map(|hop| world.neighbour(node, hop).filter(|_| landings & (1 << hop as u8) != 0));
+            let mut beside = Hop::ALL.map(|hop| {
+                let lands = landings & (1 << hop as u8) != 0;
+                if lands { world.neighbour(node, hop) } else { None }
+            });
             beside.sort_by_key(|to| std::cmp::Reverse(to.map_or(0, distance)));
             for to in beside.into_iter().flatten() {
                 if self.from[to] == UNREACHED {

@@ -103,9 +103,12 @@ impl OnlineSolver {
             return;
         }
         let centred = self.world.kind(node) == Kind::Goal || old.kind == Kind::Goal;
-        let Some(slot) = self.layout.set(node, &site).filter(|_| !centred) else {
-            self.readiness = Readiness::Outdated;
-            return;
+        let slot = match self.layout.set(node, &site) {
+            Some(slot) if !centred => slot,
+            _ => {
+                self.readiness = Readiness::Outdated;
+                return;
+            }
         };
         let loss = self.world.rules().loss;
         self.layout.magnitude = self.layout.magnitude.max(4.0 * loss.abs());
@@ -479,7 +482,8 @@ mod tests {
     use super::*;
     use crate::fixtures::{Fixture, GoalPlace, SplitMix64};
 
-    /// P-ENCLOSED.
+    /// P-ENCLOSED: The bounds that prove an action hold at every node of the map, at every stage of
+    /// their refinement.
     #[test]
     fn the_bounds_hold_at_every_node_frozen_or_clear_and_at_every_stage() {
         let mut solver = Solver::new();

@@ -451,7 +451,10 @@ mod tests {
             for step in 0..world.nodes().min(500) {
                 let any = (draw.uniform() * world.nodes() as f64) as usize;
                 let node = if world.nodes() <= 500 { step } else { any };
-                let Some(slot) = rings.slot(node).filter(|_| node != goal) else { continue };
+                if node == goal {
+                    continue;
+                }
+                let Some(slot) = rings.slot(node) else { continue };
                 relaxation.marks.fill(0);
                 relaxation.marked = NONE;
                 relaxation.afterstates[0][slot.entry] = 1.0 + step as f64;

@@ -12,7 +12,7 @@ fn refused(text: &str) -> String {
 
 const MOON: &str = r#"GEOGCS["GCS_Moon_2000",DATUM["D_Moon_2000",SPHEROID["Moon_2000_IAU_IAG",1737400.0,0.0]],PRIMEM["Reference_Meridian",0.0],UNIT["Degree",0.0174532925199433]]"#;
 
-/// P-DEM-CRS: every dialect says whether cells are in degrees.
+/// P-DEM-CRS. Every dialect says whether cells are in degrees.
 #[test]
 fn degrees_are_degrees_in_every_dialect() {
     let compound =
@@ -59,7 +59,7 @@ fn degrees_are_degrees_in_every_dialect() {
     }
 }
 
-/// P-DEM-CRS: every dialect says what unit the coordinates are in.
+/// P-DEM-CRS. Every dialect says what unit the coordinates are in.
 #[test]
 fn the_unit_of_a_plane_is_that_of_its_text_in_every_dialect() {
     let projected = |unit: &str| {
@@ -108,7 +108,8 @@ fn the_unit_of_a_plane_is_that_of_its_text_in_every_dialect() {
     assert_eq!(read("+proj=geocent").kind, Some(Kind::Geocentric));
 }
 
-/// P-DEM-CRS: the unit of heights, and whether they are depths, come from the vertical part.
+/// P-DEM-UNITS.
+/// P-DEM-CRS. The vertical part states the unit of heights and whether they are depths.
 #[test]
 fn heights_have_the_unit_and_the_direction_of_their_own_system() {
     let with = |vertical: &str| format!(r#"COMPD_CS["c",PROJCS["p",UNIT["m",1]],{vertical}]"#);

@@ -79,7 +79,8 @@ fn counts() -> Vec<bool> {
     (0..SIDE * SIDE).map(|index| index % 3 != 0).collect()
 }
 
-/// P-DEM-MASK: cells that a mask inside of the file leaves out have no height, whatever its layout.
+/// P-DEM-MASK: Cells that are left out by a mask, inside a raster or beside it, have no height,
+/// whatever the layout.
 #[test]
 fn masked_cells_have_no_height_in_every_layout_of_the_mask() {
     let south_first: Vec<bool> = counts().chunks(SIDE).rev().flatten().copied().collect();
@@ -119,7 +120,8 @@ fn masked_cells_have_no_height_in_every_layout_of_the_mask() {
     }
 }
 
-/// P-DEM-MASK: a mask in a file of its own counts for rasters of either format, and needs their shape.
+/// P-DEM-MASK. A mask in a separate file applies to rasters of either format, and must have their
+/// shape.
 #[test]
 fn a_mask_beside_the_file_counts_as_one_inside() {
     let mask = GeoTiff::of_counts(SIDE, SIDE, &counts());
@@ -150,7 +152,8 @@ fn metadata_unit(unit: &str) -> &'static str {
     Box::leak(text.into_boxed_str())
 }
 
-/// P-DEM-UNITS: heights in another unit than metres are converted, and it is said.
+/// P-DEM-UNITS: Coordinates and heights in units other than metres are converted with a note;
+/// unknown or contradictory units are refused.
 #[test]
 fn heights_in_other_units_are_converted_and_said() {
     for (unit, metres) in [
@@ -204,7 +207,8 @@ impl Folder {
     }
 }
 
-/// P-DEM-UNITS: coordinates in another unit are converted where the unit of heights is stated, and refused where it is not.
+/// P-DEM-UNITS. Coordinates in another unit are converted where the unit of heights is stated, and
+/// refused where it is not.
 #[test]
 fn coordinates_in_other_units_are_converted_or_refused() {
     let foot = 1200.0 / 3937.0;
@@ -246,8 +250,8 @@ fn coordinates_in_other_units_are_converted_or_refused() {
     assert!((survey.elevation.cell_size_m - 2.0 * foot).abs() < 1e-12 && survey.remarks.len() == 2);
 }
 
-/// P-DEM-CRS: a `.prj` file of any dialect and spelling says that cells are in degrees; one that is not understood does not hide
-/// what the numbers look like.
+/// P-DEM-CRS: Degrees are refused in every dialect of `.prj` files, and by the extent of a raster
+/// without a coordinate system.
 #[test]
 fn degrees_are_refused_whatever_the_prj_file_says_or_not() {
     let wkt = "GEOGCS[\"Moon\",DATUM[\"D\",SPHEROID[\"Moon\",1737400.0,0.0]],UNIT[\"Degree\",0.017]]";
@@ -283,7 +287,8 @@ fn degrees_are_refused_whatever_the_prj_file_says_or_not() {
     }
 }
 
-/// P-DEM-CRS: without a coordinate system, cells that lie where longitudes and latitudes may are in degrees, at any size.
+/// P-DEM-CRS. Without a coordinate system, cells that lie where longitudes and latitudes may are in
+/// degrees, at any size.
 #[test]
 fn degrees_are_recognised_at_any_cell_size_by_their_extent() {
     for header in [
@@ -314,7 +319,8 @@ fn degrees_are_recognised_at_any_cell_size_by_their_extent() {
     assert_eq!((survey.elevation.cell_size_m, survey.remarks), (0.0625, vec![]));
 }
 
-/// P-DEM-AUX: scale, offset, nodata, unit, place and coordinate system of an `.aux.xml` file count.
+/// P-DEM-AUX: Scale, offset, nodata, unit, place and coordinate system of an `.aux.xml` file are
+/// applied, or the file is refused.
 #[test]
 fn what_the_auxiliary_file_says_counts() {
     let stored: Vec<f64> = (0..SIDE * SIDE).map(|index| (index % 40) as f64).collect();
@@ -341,7 +347,7 @@ fn what_the_auxiliary_file_says_counts() {
     assert_eq!((moved.elevation.cell_size_m, moved.georeference.west_m), (3.0, 8.5));
 }
 
-/// P-DEM-UNITS: with a vertical system, pixel scale and tie point scale heights too, as GDAL reads them.
+/// P-DEM-UNITS. With a vertical system, pixel scale and tie point apply to heights too, as in GDAL.
 #[test]
 fn a_vertical_system_makes_the_third_numbers_scale_heights() {
     let with = |keys: Vec<(u16, u16)>, scale: f64, tiepoint: [f64; 2]| GeoTiff {
@@ -362,7 +368,7 @@ fn a_vertical_system_makes_the_third_numbers_scale_heights() {
     says(&error(&with(vertical, 0.0, [0.0, 100.0]).bytes()), &["scale of heights", "other than 0"]);
 }
 
-/// P-DEM-FILL: what looks like nodata is taken for it and said; `with_nodata` settles it.
+/// P-DEM-FILL. What looks like nodata is left out with a warning; `with_nodata` settles it.
 #[test]
 fn values_that_look_like_nodata_are_left_out_until_it_is_settled() {
     for (fill, nodata) in
@@ -412,7 +418,7 @@ fn values_that_look_like_nodata_are_left_out_until_it_is_settled() {
     assert!(matches!(survey.remarks[..], [Remark::SuspectedNodata { fill, .. }] if fill.value == -32767.0));
 }
 
-/// P-DEM-FILL: declared nodata is recognised though float32 rounded it.
+/// P-DEM-FILL. Declared nodata is recognised though float32 rounded it.
 #[test]
 fn declared_nodata_is_recognised_after_a_passage_through_float32() {
     let mut heights = ground();
@@ -434,7 +440,8 @@ fn source(georeference: bool) -> SourceCells {
     }
 }
 
-/// P-DEM-LAYERS: layers are masked, lose what looks like nodata, and are refused where they lie elsewhere.
+/// P-DEM-LAYERS: Layers are masked and lose values that look like nodata; layers that lie elsewhere
+/// are refused.
 #[test]
 fn layers_are_masked_and_lie_where_the_ground_does() {
     let shares: Vec<f64> = (0..SIDE * SIDE).map(|index| if index % 3 == 0 { 1.0 } else { 0.0 }).collect();
@@ -507,7 +514,7 @@ fn layers_are_masked_and_lie_where_the_ground_does() {
     }
 }
 
-/// P-DEM-LATTICE: what differs by rounding alone is square and straight.
+/// P-DEM-LATTICE: A lattice that is square to 1e-4 and straight to 1e-9 of a cell is accepted.
 #[test]
 fn a_lattice_is_square_and_straight_but_for_rounding() {
     let with = |scale: [f64; 3]| GeoTiff { scale: Some(scale.to_vec()), ..plain() };
@@ -528,7 +535,7 @@ fn a_lattice_is_square_and_straight_but_for_rounding() {
     says(&error(&turned(1e-6, 0.0).bytes()), &["rotated"]);
 }
 
-/// P-DEM-RADII: distances from the centre of a body are called by their name.
+/// P-DEM-RADII: Distances from the centre of a body are refused as radii.
 #[test]
 fn radii_are_called_radii() {
     for (radius_m, metadata, datum) in [
@@ -546,7 +553,8 @@ fn radii_are_called_radii() {
     assert_eq!(gaps(&Folder::new("a.tif", &GeoTiff::new(SIDE, SIDE, few).bytes()).survey().unwrap()), 4);
 }
 
-/// P-DEM-TEXT: numbers and encodings of other programs are named as the cause.
+/// P-DEM-TEXT: Decimal commas, other separators and other encodings in ESRI ASCII grids are named
+/// as the cause of the refusal.
 #[test]
 fn what_is_foreign_in_an_ascii_grid_is_named() {
     let text = String::from_utf8(metres()).unwrap();
@@ -588,7 +596,7 @@ fn mostly(fill: f64) -> GeoTiff {
     GeoTiff { sample: Sample::F64, ..GeoTiff::new(60, 60, (0..3600).map(height).collect()) }
 }
 
-/// P-DEM-FILL: a part of a file that is nothing but fill is judged as the whole is.
+/// P-DEM-FILL. A part of a file that is nothing but fill is judged by the whole file.
 #[test]
 fn a_window_of_nothing_but_fill_has_no_heights() {
     let middle = Window { x: 20, y: 20, width: 10, height: 10 };
@@ -625,7 +633,8 @@ fn a_window_of_nothing_but_fill_has_no_heights() {
     assert_eq!(Folder::new("dem.tif", &level.bytes()).survey().unwrap().remarks, []);
 }
 
-/// P-DEM-LAYERS: a crop of a layer is judged as the whole is, and what may be sand or nodata is refused.
+/// P-DEM-LAYERS. A crop of a layer is judged by the whole layer; values that may be sand or nodata
+/// are refused.
 #[test]
 fn a_sand_mask_of_nothing_but_nodata_is_refused_or_no_sand() {
     let part = SourceCells { window: Window { x: 1, y: 1, width: 6, height: 6 }, ..source(true) };
@@ -657,7 +666,7 @@ fn a_sand_mask_of_nothing_but_nodata_is_refused_or_no_sand() {
     assert!(!mask.contains(&false) && notes.fills.is_empty());
 }
 
-/// P-DEM-LAYERS: equal numbers in another coordinate system are another place.
+/// P-DEM-LAYERS. Equal coordinates in another coordinate system are another place.
 #[test]
 fn a_layer_in_another_coordinate_system_is_refused_or_warned_of() {
     let shares = vec![1.0; SIDE * SIDE];
@@ -705,7 +714,7 @@ fn a_layer_in_another_coordinate_system_is_refused_or_warned_of() {
     assert!(read_layer(&Folder::new("layer.tif", &moved.bytes()).raster, &in_feet).is_err());
 }
 
-/// P-DEM-FILL: a value that no cell holds settles nothing, and values may be named as they are scaled.
+/// P-DEM-FILL. A value that no cell holds settles nothing; scaled values are accepted.
 #[test]
 fn a_value_that_no_cell_holds_settles_nothing() {
     let mut stored: Vec<f64> = (0..SIDE * SIDE).map(|index| (index % 90) as f64).collect();
@@ -727,7 +736,8 @@ fn a_value_that_no_cell_holds_settles_nothing() {
     assert_eq!(gaps(&self::survey(&folder.raster, Some(vec![8.0])).unwrap()), 5);
 }
 
-/// P-DEM-FILL: values beyond all heights are said, and so are cells that a resampling has left between ground and nodata.
+/// P-DEM-FILL. Impossible heights are reported, and so are cells that resampling has left between
+/// ground and nodata.
 #[test]
 fn what_is_dropped_is_said() {
     for value in [1e7, -1e7, 1e20, f64::from(f32::MAX), -2_147_483_648.0, 4_294_967_295.0] {
@@ -758,7 +768,8 @@ fn what_is_dropped_is_said() {
     }
 }
 
-/// P-DEM-RADII: the remedy suits scale, offset and unit, and a stated body tells radii from heights.
+/// P-DEM-RADII. The remedy fits scale, offset and unit; a stated body distinguishes radii from
+/// heights.
 #[test]
 fn radii_are_known_by_the_body_and_refused_with_a_remedy_that_helps() {
     let moon = "PROJCS[\"p\",GEOGCS[\"g\",DATUM[\"d\",SPHEROID[\"Moon\",1737400,0]]],UNIT[\"metre\",1]]";
@@ -804,7 +815,8 @@ fn radii_are_known_by_the_body_and_refused_with_a_remedy_that_helps() {
     }
 }
 
-/// P-DEM-UNITS: a vertical system of which a GeoTIFF has but the name says its unit there.
+/// P-DEM-UNITS. If a GeoTIFF has only the name of a vertical system, the unit is taken from the
+/// name.
 #[test]
 fn the_name_of_a_vertical_system_says_its_unit() {
     let first = |citation: &'static str| {
@@ -832,7 +844,8 @@ fn the_name_of_a_vertical_system_says_its_unit() {
     says(&first("NAVD88 depth (ft)|").unwrap_err().to_string(), &["depths"]);
 }
 
-/// P-DEM-CRS: what several places say of one raster counts together, and may not contradict itself.
+/// P-DEM-CRS. Statements about one raster in several places are combined, and must not contradict
+/// each other.
 #[test]
 fn several_places_describe_one_coordinate_system_together() {
     let foot = 1200.0 / 3937.0;
@@ -862,7 +875,7 @@ fn several_places_describe_one_coordinate_system_together() {
     assert!(Folder::new("dem.tif", &plain().bytes()).with("dem.prj", "hello").survey().is_ok());
 }
 
-/// P-DEM-CRS: degrees whose corner is (0, 0), or that lie across a meridian, are no metres.
+/// P-DEM-CRS. Degrees with a corner at (0, 0), or across a meridian, are not taken for metres.
 #[test]
 fn degrees_at_the_origin_and_across_meridians_are_recognised() {
     let with = |side: [usize; 2], corner: [f64; 2], cell: f64| {
@@ -897,7 +910,7 @@ fn degrees_at_the_origin_and_across_meridians_are_recognised() {
     assert_eq!(with([200, 100], [0.0, 100.0], 2.0).survey().unwrap().remarks, []);
 }
 
-/// P-DEM-CONVERT: what stands beside a file counts for the GeoTIFF that it was converted to.
+/// P-DEM-CONVERT. Files beside a model apply to the GeoTIFF that the model was converted to.
 #[test]
 fn what_stands_beside_a_converted_file_counts() {
     let foot = 1200.0 / 3937.0;
@@ -921,7 +934,7 @@ fn what_stands_beside_a_converted_file_counts() {
     assert_eq!(unit("").unwrap().remarks, []);
 }
 
-/// P-DEM-MASK: strips and tiles that a file leaves out take no room in it.
+/// P-DEM-MASK. Sparse files leave out strips and tiles without being cut short.
 #[test]
 fn a_sparse_file_is_not_cut_short() {
     let side = 20_000_u32;
@@ -958,7 +971,8 @@ fn a_sparse_file_is_not_cut_short() {
     ));
 }
 
-/// P-DEM-TEXT: what is no number is called so, and what the C runtime of Windows writes for one that is none has no height.
+/// P-DEM-TEXT. Text that is not a number is named; what the C runtime of Windows writes for NaN has
+/// no height.
 #[test]
 fn numbers_that_other_programs_write_are_read_or_named() {
     let grid = |first: &str, header: &str| {

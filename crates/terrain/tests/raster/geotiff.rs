@@ -19,7 +19,8 @@ fn south_first(values: &[f64]) -> Vec<f64> {
     values.chunks(WIDTH).rev().flatten().copied().collect()
 }
 
-/// P-GEOTIFF.
+/// P-GEOTIFF: Every layout, packing, predictor and sample type of GeoTIFF reads to the same
+/// heights; half-cell shifts are kept.
 #[test]
 fn every_layout_packing_predictor_sample_and_byte_order_reads_the_same_heights() {
     let mut layouts = 0;
@@ -122,6 +123,7 @@ fn scale_and_offset_of_the_gdal_metadata_give_metres() {
     says(&error(&file.bytes()), &["scale or offset", "a finite number", "twice"]);
 }
 
+/// P-GEOTIFF.
 #[test]
 fn pixel_is_area_lies_half_a_cell_inside_of_pixel_is_point() {
     let georeference = |raster_type: u16| {

@@ -21,7 +21,7 @@ fn values(bytes: &[u8]) -> Result<Vec<f64>, TerrainError> {
     raster.values(window)
 }
 
-/// The same as an elevation: the georeference counts too.
+/// The elevation in a file's bytes: the georeference counts too.
 fn elevation(bytes: &[u8]) -> Result<terrain::Elevation, TerrainError> {
     let raster = RasterFile::new(Cursor::new(bytes))?;
     let window = Window::all(raster.header().width, raster.header().height);

@@ -39,7 +39,8 @@ fn read(bytes: &[u8]) {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 3000, ..ProptestConfig::default() })]
 
-    /// P-DAMAGED-DEM.
+    /// P-DAMAGED-DEM: A damaged elevation model is read or refused, without a panic or a large
+    /// allocation.
     #[test]
     fn a_geotiff_with_flipped_bits_is_read_or_refused(
         file in geotiff(),
@@ -68,6 +69,7 @@ proptest! {
         read(&bytes);
     }
 
+    /// P-DAMAGED-DEM.
     #[test]
     fn a_geotiff_cut_short_is_read_or_refused(file in geotiff(), at in any::<prop::sample::Index>()) {
         let bytes = file.bytes();
@@ -104,8 +106,8 @@ fn refusal(file: &GeoTiff) -> String {
     error
 }
 
-/// P-DEM-LIMITS: a GeoTIFF that claims, or unpacks to, more than is read at once is refused by the limit's name,
-/// before memory or time goes into it.
+/// P-DEM-LIMITS: Elevation models that declare or unpack to more than the limit are refused, and
+/// the error names the limit.
 #[test]
 fn a_geotiff_beyond_a_limit_is_refused_by_the_limits_name() {
     let plain = GeoTiff::new(5, 4, (0..20).map(f64::from).collect());

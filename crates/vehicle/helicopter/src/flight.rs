@@ -103,7 +103,8 @@ mod tests {
         }
     }
 
-    /// P-SENSOR: each cell seen has the posterior of its one reading, however often it is looked at; the others their prior.
+    /// P-SENSOR: A helicopter's camera that errs reads each cell once: a cell that it sees has the
+    /// posterior of that reading, however often it looks.
     #[test]
     fn a_sensor_that_errs_gives_each_cell_seen_the_posterior_of_one_reading() {
         let lattice = Lattice::new(30, 3).unwrap();

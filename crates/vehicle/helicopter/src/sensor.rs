@@ -103,7 +103,8 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// P-PRINTED-SENSOR.
+    /// P-PRINTED-SENSOR: The published equations of partial observation are tested as printed; the
+    /// sensor uses Bayes' rule.
     #[test]
     fn the_printed_equations_give_twice_the_bayesian_variance() {
         let (satellite, helicopter) =
@@ -136,6 +137,8 @@ mod tests {
     }
 
     proptest! {
+        /// P-PRINTED-SENSOR.
+        ///
         /// Over all readings, the posteriors average to the prior.
         #[test]
         fn posteriors_average_to_the_prior(weights in prop::array::uniform4(0.01..1.0_f64), accuracy in 0.3..0.95_f64) {

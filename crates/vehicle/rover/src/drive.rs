@@ -13,7 +13,7 @@ pub enum DriveEnd {
     OutOfTime,
     /// At the border of a cell of true speed 0, which it entered: it will never move again.
     Stuck {
-        /// That cell.
+        /// The cell of speed 0.
         cell: usize,
     },
 }
@@ -41,7 +41,8 @@ pub struct Drive {
     pub at: Point,
     /// Time spent driving, in Sol.
     pub duration_sol: f64,
-    /// The same with the time used up before, added up piece by piece: two drives make the sum of one.
+    /// Time spent driving in this drive and those before it, in Sol, added up piece by piece: two
+    /// drives make the sum of one.
     pub used_sol: f64,
     /// Way driven on the ground, in metres.
     pub length_m: f64,
@@ -110,6 +111,7 @@ mod tests {
         (Surface::flat(Lattice::new(4, 1).unwrap()), Truth { speeds: speeds.to_vec() })
     }
 
+    /// P-TRAVERSE.
     #[test]
     fn a_drive_takes_the_sum_of_its_true_paces() {
         let (surface, truth) = row([Speed::Fast, Speed::Slow, Speed::Medium, Speed::Fast]);
@@ -140,7 +142,8 @@ mod tests {
         assert!((drive.at.x_m - 1.5).abs() < 1e-12 && drive.sensed == [0, 1]);
     }
 
-    /// P-STAGE-LEGS.
+    /// P-STAGE-LEGS: A route that is driven leg by leg ends, when its time is used up, where it
+    /// would end in one drive, to the last bit.
     #[test]
     fn a_route_driven_leg_by_leg_ends_where_it_ends_in_one_drive_to_the_last_bit() {
         let speeds = [Speed::Fast, Speed::Slow, Speed::Medium, Speed::Fast, Speed::Slow].repeat(20);

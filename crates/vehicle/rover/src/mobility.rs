@@ -125,7 +125,9 @@ mod tests {
         assert_eq!(speed(TerrainClass::SmoothRegolith, 5.0, 0.10).m_per_sol(), 50.0);
     }
 
-    /// P-MOBILITY: each row of the table at its thresholds and just beyond, for CFA 7 %, 15 % and above.
+    /// P-MOBILITY: The rover's speed follows the published table at each of its thresholds.
+    ///
+    /// Each row of the table at its thresholds and just beyond, for CFA 7 %, 15 % and above.
     #[test]
     fn every_threshold_of_the_mobility_table_holds() {
         let check = |class, slope_deg, expected: [Speed; 3]| {

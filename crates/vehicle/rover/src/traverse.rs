@@ -128,7 +128,8 @@ mod tests {
     }
 
     proptest! {
-        /// P-TRAVERSE.
+        /// P-TRAVERSE: The cells of a segment are exact: planner and drive cut a path into the same
+        /// pieces, whose lengths sum to that of the path.
         #[test]
         fn traversal_lengths_sum_to_the_segments_length_over_touching_cells(
             from in (0.0..=40.0_f64, 0.0..=30.0_f64), to in (0.0..=40.0_f64, 0.0..=30.0_f64),

@@ -338,7 +338,8 @@ mod tests {
         assert_eq!(csv_of(&rows), "decision,a.count,b,b.c\n0,,,1\n1,2,,\n");
     }
 
-    /// P-BAG-EXPORT: every topic is written row by row, cells counted rather than written.
+    /// P-BAG-EXPORT: Every topic of a recording is exported row by row; cells are counted, and
+    /// written only on request.
     #[test]
     fn every_topic_is_exported_with_its_cells_counted() {
         let messages = hostile::recording::messages();

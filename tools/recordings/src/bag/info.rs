@@ -57,7 +57,7 @@ struct Info {
     /// Decisions told by the states; those whose record is there; the last state's status and digest.
     decisions: u64,
     records: u64,
-    /// Whether every one of these decisions has its record, whatever states and patches were missed.
+    /// Whether every decision that states tell of has its record, whatever states and patches were missed.
     complete: bool,
     status: Option<Status>,
     digest: Option<Digest>,
@@ -408,7 +408,7 @@ mod tests {
             .filter(|message| !matches!(message, RecordedMessage::Gap(_)))
     }
 
-    /// The same as of another run.
+    /// The message as one of run `run`.
     fn of(run: RunId, message: RecordedMessage) -> RecordedMessage {
         match message {
             RecordedMessage::Brief(brief) => RecordedMessage::Brief(Brief { run, ..brief }),
@@ -419,7 +419,7 @@ mod tests {
         }
     }
 
-    /// P-BAG-LATE: states and patches of before the recorder's time are missing, and told to be.
+    /// P-BAG-LATE: What a late recorder has missed is reported, from the first decision on.
     #[test]
     fn a_recording_begun_late_tells_what_was_before_it() {
         let whole = told(flown());
@@ -440,7 +440,8 @@ mod tests {
         assert!(late.complete && text.contains("missing     no decision"), "{text}");
     }
 
-    /// P-BAG-TOPICS: what a recording of the mission has and this one has not is named, topic by topic.
+    /// P-BAG-TOPICS: A topic without messages, of which every recording of such a mission has some,
+    /// is reported as missing.
     #[test]
     fn a_topic_without_messages_is_named_as_missing() {
         assert_eq!(told(flown()).missing_topics, [""; 0]);
@@ -470,7 +471,7 @@ mod tests {
         assert!(nothing.text().contains("mission     none: no message of hop/brief"), "{}", nothing.text());
     }
 
-    /// P-BAG-RUNS: of several missions the last is told of, and nothing of those before is counted to it.
+    /// P-BAG-RUNS: If a recording holds several missions, the report is on the last, and says so.
     #[test]
     fn of_several_missions_the_last_is_told_of() {
         let one = told(flown());

@@ -64,11 +64,11 @@ struct Replay {
     planner: Name,
     /// Decisions executed, as far as the recording tells.
     decisions: u64,
-    /// Those decided anew on the map they were decided on.
+    /// Decisions that were decided anew on the map they were decided on.
     compared: u64,
-    /// Those whose map or state the recording does not have.
+    /// Decisions whose map or state the recording does not have.
     not_posed: u64,
-    /// Those posed with another map than their record tells of; a fallback tells of none.
+    /// Decisions posed with another map than their record tells of; a fallback tells of none.
     other_map: u64,
     /// First landing to last, and how long deciding anew took, seconds.
     recorded_s: f64,
@@ -305,7 +305,8 @@ impl Replay {
 mod tests {
     use super::*;
 
-    /// P-OWN-UNSUITED: what cannot decide for the recorded mission is refused by name, a planner of one's own that flew it too.
+    /// P-OWN-UNSUITED. A planner that cannot decide for the recorded mission is refused by name,
+    /// also an external one that flew it.
     #[test]
     fn a_planner_that_does_not_suit_the_recording_is_refused_by_name() {
         let bytes = include_bytes!("../../../../tests/golden/hard.mcap");
