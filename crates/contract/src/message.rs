@@ -7,12 +7,19 @@ use std::fmt::Debug;
 
 use serde::Serialize;
 
+use crate::wire::Field;
 use crate::{Refusal, RobotId, Role};
 
 /// A type that may cross shared memory under a versioned name.
 pub trait Wire: bytemuck::Pod + std::fmt::Debug {
     /// Name with version; every version of a layout has its own.
     const NAME: &'static str;
+
+    /// Its fields in the order of the layout, with what is accepted and why they are there.
+    #[must_use]
+    fn fields() -> Vec<Field> {
+        Vec::new()
+    }
 }
 
 /// The header of a message of one fixed size.

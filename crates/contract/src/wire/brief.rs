@@ -1,398 +1,400 @@
 //! `hop/brief`.
 
-use bytemuck::{Pod, Zeroable};
+use bytemuck::Zeroable;
 
 use crate::Role;
 use crate::fixed_payload;
 
-use super::{
-    Wire, cell_from_wire, cell_to_wire, float, grid_from_wire, length, name_from_wire, run_from_wire,
-    run_to_wire, tag,
+use super::codec::{
+    ANY, CELL, Codec, DISTANCE, Ends, Float, LENGTH, NAME, PAYOFF, PROBABILITY, RUN, Whole, at_most, by_hand,
+    each, float, joint, narrow, or_zero, part, tag, whole,
 };
+use super::declaration::wire;
+use super::{CELL_SIZE, GRID_SIDE, HOP_CELLS, grid_from_wire};
 use crate::limits::{
     BUDGET_MAX_NS, DECISIONS_MAX, DESIGNS_MAX, GOALS_MAX, LENGTH_MAX_M, PAYOFF_MAX, ROBOTS_MAX, SAMPLES_MAX,
     TREASURES_MAX,
 };
 use crate::message::{Message, PublishSubscribe};
 use crate::{
-    Brief, Cell, Cover, CoverMode, Design, Designs, DistanceNorm, GradientSource, Guard, Limits, Mixed,
+    Brief, Cell, Cover, CoverMode, Design, Designs, DistanceNorm, GradientSource, Grid, Guard, Limits, Mixed,
     MotionParameters, Name, Patrol, Payoff, Priors, Profile, Range, Reading, Refusal, RobotSet, Scout,
     SensorParameters, SoilMotion, Weights,
 };
 
-/// Scatter of hops on one soil.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub struct SoilMotionV1 {
-    /// Probability of the intended landing on the flat.
-    pub intended: f64,
-    /// Probability of staying stuck.
-    pub stuck: f64,
-    /// Probability of a slip to either side.
-    pub sideways: f64,
-    /// Flights per intended hop, 1 or 2.
-    pub flights: u32,
-    pub reserved: u32,
-}
+/// Angle of a launch above the horizontal, radians: neither flat nor straight up, where a hop gets nowhere.
+const LAUNCH_ANGLE: Float = float(0.01, 1.56);
 
-/// How some hoppers hop and see. Slope limit, gravity and gradient source are those of the brief.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub struct DesignV1 {
-    /// The robots that are of this design, one bit each; 0 for an unused one, whose other fields are 0 too.
-    pub robots: u32,
-    pub reserved: u32,
-    /// Scatter on hard ground.
-    pub hard: SoilMotionV1,
-    /// Scatter on sand.
-    pub sand: SoilMotionV1,
-    /// Launch angle, radians.
-    pub launch_angle_rad: f64,
-    /// Sensor gain, m/m.
-    pub sensor_gain: f64,
-    /// Sensor offset, metres.
-    pub sensor_offset_m: f64,
-    /// Sensing radius, metres, smallest first.
-    pub sensor_radius_m: [f64; 2],
-}
+/// Gain of the sensor, metres of radius per metre of height.
+const SENSOR_GAIN: Float = float(0.0, 1.0e6);
 
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub struct BriefV9 {
-    pub run: [u64; 2],
-    /// Name of the scenario, zero-padded ASCII.
-    pub scenario: [u8; Name::BYTES],
-    /// SHA-256 over the resolved scenario and its terrain.
-    pub scenario_hash: [u8; 32],
-    /// [`Profile::code`].
-    pub profile: u32,
-    /// Robots of the mission.
-    pub robots: u32,
-    pub width: u32,
-    pub height: u32,
-    /// Cells that one hop spans.
-    pub hop_cells: u32,
-    /// 1 measured, 2 differences over seen cells.
-    pub gradient_source: u32,
-    /// Edge of a cell, metres.
-    pub cell_size_m: f64,
-    /// Absolute elevation of height 0, metres.
-    pub datum_m: f64,
-    /// Start (x, y), cells.
-    pub start: [i32; 2],
-    /// Goal (x, y), cells.
-    pub goal: [i32; 2],
-    /// Weights w1, w2, w3.
-    pub weights: [f64; 3],
-    /// Payoff of the goal.
-    pub payoff_goal: f64,
-    /// Payoff of a treasure.
-    pub payoff_treasure: f64,
-    /// Discount γ, in (0, 1).
-    pub discount: f64,
-    /// Soil term T on sand.
-    pub sand_term: f64,
-    /// Range of S, lower end first.
-    pub safety_range: [f64; 2],
-    /// Range of I, metres, lower end first.
-    pub height_range_m: [f64; 2],
-    /// Treasures on the map; 0 for none or an unknown number.
-    pub treasures: u32,
-    pub reserved: u32,
-    /// Scatter on hard ground.
-    pub hard: SoilMotionV1,
-    /// Scatter on sand.
-    pub sand: SoilMotionV1,
-    /// Slope limit, radians.
-    pub slope_limit_rad: f64,
-    /// Launch angle, radians.
-    pub launch_angle_rad: f64,
-    /// Gravity, m/s².
-    pub gravity_mps2: f64,
-    /// Sensor gain, m/m.
-    pub sensor_gain: f64,
-    /// Sensor offset, metres.
-    pub sensor_offset_m: f64,
-    /// Sensing radius, metres, smallest first.
-    pub sensor_radius_m: [f64; 2],
-    /// Steps after which the mission is a deadlock.
-    pub steps_max: u64,
-    /// Budget of a decision, nanoseconds.
-    pub decision_budget_ns: u64,
-    /// Largest hazard that the guard lets pass.
-    pub hazard_max: f64,
-    /// Time to the fallback, nanoseconds; 0 for none.
-    pub deadline_ns: u64,
-    /// Hops after which a patrol is flown; 0 for no patrol.
-    pub hops_max: u64,
-    /// What leaving the map is worth to the plan; 0 counts it as staying.
-    pub leaving: f64,
-    /// Distance at which D is −1, cells; 0 for that from start to goal.
-    pub distance_scale_cells: f64,
-    /// Steps counted for the first observation.
-    pub opening_steps: u64,
-    /// 0 Euclidean, 1 Manhattan.
-    pub distance_norm: u32,
-    /// Goals of a patrol; 0 for no patrol.
-    pub goal_count: u32,
-    /// The goals (x, y), cells, the rest zero.
-    pub goals: [[i32; 2]; GOALS_MAX],
-    /// Share of the ground that rovers shall cover, %; 0 for another task.
-    pub cover_percent: u32,
-    /// 0 overlap, 1 Voronoi.
-    pub cover_mode: u32,
-    /// Seed of planners of routes.
-    pub scout_seed: u64,
-    /// Samples of a rover's planner; 0 for another task.
-    pub rover_samples: u32,
-    /// Samples of a helicopter's planner.
-    pub helicopter_samples: u32,
-    /// The robots that decide a mission whose robots have tasks of their own, one bit each; 0 for another mission.
-    pub required: u32,
-    /// Stages after the first.
-    pub further_stages: u32,
-    /// Designs of hoppers that hop or see otherwise; the rest zero.
-    pub designs: [DesignV1; DESIGNS_MAX],
-}
+/// Samples of a planner that draws random ones.
+const SAMPLES: Whole = whole(1, SAMPLES_MAX as u64);
 
-const _: () = assert!(size_of::<SoilMotionV1>() == 32);
-const _: () = assert!(size_of::<DesignV1>() == 112);
-const _: () = assert!(size_of::<BriefV9>() == 584 + 448);
+/// Hops of a patrol.
+const HOPS: Whole = whole(1, DECISIONS_MAX);
 
-impl Wire for BriefV9 {
-    const NAME: &'static str = "hop.Brief.v9";
-}
+/// Both ends of a range.
+struct Span;
 
-impl From<&SoilMotion> for SoilMotionV1 {
-    fn from(motion: &SoilMotion) -> Self {
-        Self {
-            intended: motion.intended,
-            stuck: motion.stuck,
-            sideways: motion.sideways,
-            flights: motion.flights,
-            reserved: 0,
-        }
+/// The ends of a range, the lower one first.
+const SPAN: Span = Span;
+
+impl Codec<[f64; 2]> for Span {
+    type Value = Range;
+
+    fn to_wire(&self, range: &Range) -> [f64; 2] {
+        [range.min, range.max]
+    }
+
+    fn from_wire(&self, field: &str, [min, max]: [f64; 2]) -> Result<Range, Refusal> {
+        let min = LENGTH.from_wire(field, min)?;
+        Ok(Range { min, max: float(min, LENGTH_MAX_M).from_wire(field, max)? })
+    }
+
+    fn range(&self) -> String {
+        format!("{}, the lower end first", Codec::<f64>::range(&LENGTH))
+    }
+
+    fn ends(&self) -> Ends<[f64; 2]> {
+        Ends { outside: vec![[0.0, (0.0_f64).next_down()]], ..LENGTH.ends() }
     }
 }
 
-impl TryFrom<&SoilMotionV1> for SoilMotion {
-    type Error = Refusal;
+/// The smallest and the largest radius of a sensor.
+struct Radii;
 
-    fn try_from(wire: &SoilMotionV1) -> Result<Self, Refusal> {
+/// The smallest and the largest sensing radius, metres.
+const RADII: Radii = Radii;
+
+impl Codec<[f64; 2]> for Radii {
+    type Value = [f64; 2];
+
+    fn to_wire(&self, radii: &[f64; 2]) -> [f64; 2] {
+        *radii
+    }
+
+    fn from_wire(&self, field: &str, [min_m, max_m]: [f64; 2]) -> Result<[f64; 2], Refusal> {
+        let min_m = DISTANCE.from_wire(&format!("{field}_min_m"), min_m)?;
+        let max_m = float(min_m, LENGTH_MAX_M).from_wire(&format!("{field}_max_m"), max_m)?;
+        Ok([min_m, max_m])
+    }
+
+    fn range(&self) -> String {
+        format!("{}, the smallest first", Codec::<f64>::range(&DISTANCE))
+    }
+
+    fn ends(&self) -> Ends<[f64; 2]> {
+        Ends { outside: vec![[1.0, 1.0_f64.next_down()]], ..DISTANCE.ends() }
+    }
+}
+
+wire! {
+    /// Scatter of hops on one soil.
+    pub struct SoilMotionV1 = "hop.SoilMotion.v1", 32 bytes, refused as "motion" {
+        /// Probability of the intended landing on the flat.
+        intended: f64 = PROBABILITY,
+        /// Probability of staying stuck.
+        stuck: f64 = PROBABILITY,
+        /// Probability of a slip to one side, the same to the other. All four add up to 1.
+        sideways: f64 = float(0.0, 0.5),
+        /// Flights per intended hop: two half hops on sand.
+        flights: u32 = whole(1, 2),
+        reserved: u32,
+    }
+    of SoilMotion { intended, stuck, sideways, flights }
+    check(wire) {
         let sum = wire.intended + wire.stuck + 2.0 * wire.sideways;
-        float("motion.sum", sum, 1.0 - 1e-9, 1.0 + 1e-9)?;
-        if !(1..=2).contains(&wire.flights) {
-            return Err(Refusal::malformed("motion.flights", "1 or 2", wire.flights));
-        }
-        Ok(Self {
-            intended: float("motion.intended", wire.intended, 0.0, 1.0)?,
-            stuck: float("motion.stuck", wire.stuck, 0.0, 1.0)?,
-            sideways: float("motion.sideways", wire.sideways, 0.0, 0.5)?,
-            flights: wire.flights,
-        })
+        float(1.0 - 1e-9, 1.0 + 1e-9).from_wire("motion.sum", sum)?;
     }
 }
 
-impl From<&Brief> for BriefV9 {
-    fn from(brief: &Brief) -> Self {
-        Self {
-            run: run_to_wire(brief.run),
-            scenario: brief.scenario.bytes(),
-            scenario_hash: brief.scenario_hash,
-            profile: brief.profile.code(),
-            robots: u32::from(brief.robots),
-            width: brief.grid.width,
-            height: brief.grid.height,
-            hop_cells: brief.grid.hop_cells,
-            gradient_source: match brief.sensor.gradient {
-                GradientSource::Measured => 1,
-                GradientSource::SeenDifferences => 2,
-            },
-            cell_size_m: brief.grid.cell_size_m,
-            datum_m: brief.datum_m,
-            start: cell_to_wire(brief.start),
-            goal: cell_to_wire(brief.goal),
-            weights: [brief.weights.safety, brief.weights.information, brief.weights.distance],
-            payoff_goal: brief.payoff.goal,
-            payoff_treasure: brief.payoff.treasure,
-            discount: brief.payoff.discount,
-            sand_term: brief.payoff.sand_term,
-            safety_range: [brief.priors.safety.min, brief.priors.safety.max],
-            height_range_m: [brief.priors.height_m.min, brief.priors.height_m.max],
-            treasures: brief.priors.treasures,
-            reserved: 0,
-            hard: (&brief.motion.hard).into(),
-            sand: (&brief.motion.sand).into(),
-            slope_limit_rad: brief.motion.slope_limit_rad,
-            launch_angle_rad: brief.motion.launch_angle_rad,
-            gravity_mps2: brief.motion.gravity_mps2,
-            sensor_gain: brief.sensor.gain,
-            sensor_offset_m: brief.sensor.offset_m,
-            sensor_radius_m: [brief.sensor.radius_min_m, brief.sensor.radius_max_m],
-            steps_max: brief.limits.steps_max,
-            decision_budget_ns: brief.limits.decision_budget_ns,
-            hazard_max: brief.guard.hazard_max,
-            deadline_ns: brief.guard.deadline_ns,
-            hops_max: brief.patrol.map_or(0, |patrol| patrol.hops_max),
-            leaving: brief.reading.leaving.unwrap_or(0.0),
-            distance_scale_cells: brief.reading.distance_scale_cells.unwrap_or(0.0),
-            opening_steps: brief.reading.opening_steps,
-            distance_norm: match brief.reading.distance {
-                DistanceNorm::Euclidean => 0,
-                DistanceNorm::Manhattan => 1,
-            },
-            goal_count: brief.patrol.map_or(0, |patrol| patrol.goals().len() as u32),
-            goals: goals_to_wire(brief.patrol.as_ref()),
-            cover_percent: brief.cover.map_or(0, |cover| cover.percent),
-            cover_mode: brief.cover.map_or(0, |cover| match cover.mode {
-                CoverMode::Overlap => 0,
-                CoverMode::Voronoi => 1,
-            }),
-            scout_seed: brief.scout.map_or(0, |scout| scout.seed),
-            rover_samples: brief.scout.map_or(0, |scout| scout.rover_samples),
-            helicopter_samples: brief.scout.map_or(0, |scout| scout.helicopter_samples),
-            required: brief.mixed.map_or(0, |mixed| mixed.required.0.into()),
-            further_stages: brief.scout.map_or(0, |scout| scout.stages.saturating_sub(1)),
-            designs: designs_to_wire(brief),
-        }
+wire! {
+    /// How some hoppers hop and see. Slope limit, gravity and gradient source are those of the brief.
+    pub struct DesignV1 = "hop.Design.v1", 112 bytes, refused as "brief" {
+        /// The robots that are of this design, one bit each; 0 for an unused one, whose other fields are 0 too.
+        robots: u32 = by_hand("robots of the mission, each once"),
+        reserved: u32,
+        /// Scatter on hard ground.
+        hard: SoilMotionV1 = part::<SoilMotion>(),
+        /// Scatter on sand.
+        sand: SoilMotionV1 = part::<SoilMotion>(),
+        /// Launch angle, radians.
+        launch_angle_rad: f64 = LAUNCH_ANGLE,
+        /// Sensor gain, m/m.
+        sensor_gain: f64 = SENSOR_GAIN => "brief.sensor.gain",
+        /// Sensor offset, metres.
+        sensor_offset_m: f64 = LENGTH => "brief.sensor.offset_m",
+        /// Smallest and largest sensing radius, metres.
+        sensor_radius_m: [f64; 2] = RADII => "brief.sensor.radius",
     }
+    of Design {
+        motion: MotionParameters { hard, sand, slope_limit_rad, launch_angle_rad, gravity_mps2 },
+        sensor: SensorParameters {
+            gain: sensor_gain, offset_m: sensor_offset_m, radius_min_m, radius_max_m, gradient,
+        },
+    }
+    to_wire {
+        let robots = &0;
+        let sensor_radius_m = &[*radius_min_m, *radius_max_m];
+    }
+    from_wire(wire) {
+        let [radius_min_m, radius_max_m] = sensor_radius_m;
+        let MotionParameters { slope_limit_rad, gravity_mps2, .. } = common.motion;
+        let gradient = common.sensor.gradient;
+    }
+    /// The design with what it has in `common` with that of the brief.
+    fn design_from_wire(common: &Design);
 }
 
-impl TryFrom<&BriefV9> for Brief {
-    type Error = Refusal;
-
-    // Long: every field is validated once, in the order of the struct.
-    fn try_from(wire: &BriefV9) -> Result<Self, Refusal> {
-        let grid = grid_from_wire("brief.grid", [wire.width, wire.height], wire.cell_size_m, wire.hop_cells)?;
-        let on_grid = |field: &str, cell: [i32; 2]| -> Result<Cell, Refusal> {
-            let cell = cell_from_wire(field, cell)?;
-            if grid.contains(cell) {
-                Ok(cell)
-            } else {
-                Err(Refusal::malformed(field, "a cell on the grid", cell))
-            }
-        };
-        let payoff = |field: &str, value| float(field, value, -PAYOFF_MAX, PAYOFF_MAX);
-        let range = |field: &str, [min, max]: [f64; 2]| -> Result<Range, Refusal> {
-            Ok(Range { min: length(field, min)?, max: float(field, max, min, LENGTH_MAX_M)? })
-        };
-        let goal = on_grid("brief.goal", wire.goal)?;
-        let patrol = patrol_from_wire(wire, on_grid)?;
+wire! {
+    /// What the mission asks for.
+    pub struct BriefV9 = "hop.Brief.v9", 1032 bytes, refused as "brief" {
+        /// Run that begins.
+        run: [u64; 2] = RUN,
+        /// Name of the scenario.
+        scenario: [u8; Name::BYTES] = NAME,
+        /// SHA-256 over the resolved scenario and its terrain.
+        scenario_hash: [u8; 32] = ANY,
+        /// Reading of the model that the mission follows.
+        profile: u32 = tag(Profile::code, Profile::from_code),
+        /// Robots of the mission.
+        robots: u32 = narrow(1, ROBOTS_MAX as u16),
+        /// Columns.
+        width: u32 = GRID_SIDE => "brief.grid",
+        /// Rows.
+        height: u32 = GRID_SIDE => "brief.grid",
+        /// Cells that one hop spans.
+        hop_cells: u32 = HOP_CELLS => "brief.grid",
+        /// Where gradients of the observed map come from.
+        gradient_source: u32 = tag(gradient_code, gradient_from_code),
+        /// Edge of a cell, metres.
+        cell_size_m: f64 = CELL_SIZE => "brief.grid",
+        /// Absolute elevation of height 0, metres.
+        datum_m: f64 = LENGTH,
+        /// Start (x, y), cells.
+        start: [i32; 2] = by_hand("a cell on the grid"),
+        /// Goal (x, y), cells.
+        goal: [i32; 2] = by_hand("a cell on the grid; the first of `goals` on a patrol"),
+        /// Weights w1, w2, w3.
+        weights: [f64; 3] = each(PAYOFF, ["safety", "information", "distance"]),
+        /// Payoff of the goal.
+        payoff_goal: f64 = PAYOFF => "brief.payoff.goal",
+        /// Payoff of a treasure.
+        payoff_treasure: f64 = PAYOFF => "brief.payoff.treasure",
+        /// Discount γ; so far from 0 and 1 that values stay within bounds.
+        discount: f64 = float(0.01, 0.9999) => "brief.payoff.discount",
+        /// Soil term T on sand.
+        sand_term: f64 = PAYOFF => "brief.payoff.sand_term",
+        /// Range of S.
+        safety_range: [f64; 2] = SPAN => "brief.priors.safety",
+        /// Range of I, metres.
+        height_range_m: [f64; 2] = SPAN => "brief.priors.height_m",
+        /// Treasures on the map; 0 for none or an unknown number.
+        treasures: u32 = at_most(TREASURES_MAX as u64) => "brief.priors.treasures",
+        reserved: u32,
+        /// Scatter on hard ground.
+        hard: SoilMotionV1 = part::<SoilMotion>(),
+        /// Scatter on sand.
+        sand: SoilMotionV1 = part::<SoilMotion>(),
+        /// Slope at which a hop no longer gets anywhere, radians; below π/2.
+        slope_limit_rad: f64 = float(0.01, 1.57),
+        /// Launch angle, radians.
+        launch_angle_rad: f64 = LAUNCH_ANGLE,
+        /// Gravity, m/s²; from that of a comet to four times that of Jupiter.
+        gravity_mps2: f64 = float(1.0e-4, 100.0),
+        /// Sensor gain, m/m.
+        sensor_gain: f64 = SENSOR_GAIN => "brief.sensor.gain",
+        /// Sensor offset, metres.
+        sensor_offset_m: f64 = LENGTH => "brief.sensor.offset_m",
+        /// Smallest and largest sensing radius, metres.
+        sensor_radius_m: [f64; 2] = RADII => "brief.sensor.radius",
+        /// Steps after which the mission is a deadlock.
+        steps_max: u64 = whole(1, DECISIONS_MAX),
+        /// Budget of a decision, nanoseconds.
+        decision_budget_ns: u64 = at_most(BUDGET_MAX_NS),
+        /// Largest hazard that the guard lets pass.
+        hazard_max: f64 = PROBABILITY => "brief.guard.hazard_max",
+        /// Time to the fallback, nanoseconds; 0 for none.
+        deadline_ns: u64 = ANY,
+        /// Hops after which a patrol is flown; 0 for no patrol.
+        hops_max: u64 = joint(HOPS, "read with a patrol") => "brief.patrol",
+        /// What leaving the map is worth to the plan, never a gain; 0 counts it as staying.
+        leaving: f64 = or_zero(float(-PAYOFF_MAX, 0.0)) => "brief.reading.leaving",
+        /// Distance at which D is −1, cells: not so small that the payoff leaves its bounds; 0 for that from start
+        /// to goal.
+        distance_scale_cells: f64 = or_zero(float(1e-3, LENGTH_MAX_M))
+            => "brief.reading.distance_scale_cells",
+        /// Steps counted for the first observation.
+        opening_steps: u64 = by_hand("less than `steps_max`"),
+        /// How the distance D is measured.
+        distance_norm: u32 = tag(norm_code, norm_from_code) => "brief.reading.distance",
+        /// Goals of a patrol; 0 for no patrol.
+        goal_count: u32 = joint(whole(2, GOALS_MAX as u64), "read with a patrol") => "brief.patrol",
+        /// Goals (x, y) of a patrol, cells, the rest zero.
+        goals: [[i32; 2]; GOALS_MAX] = by_hand("cells on the grid, each another than the one before"),
+        /// Share of the ground that rovers shall cover, %; 0 for another task.
+        cover_percent: u32 = at_most(100) => "brief.cover.percent",
+        /// How rovers share the ground that they cover.
+        cover_mode: u32 = tag(mode_code, mode_from_code) => "brief.cover.mode",
+        /// Seed of planners of routes.
+        scout_seed: u64 = ANY,
+        /// Samples of a rover's planner; 0 for another task.
+        rover_samples: u32 = joint(SAMPLES, "0 in both for another task") => "brief.scout.rover_samples",
+        /// Samples of a helicopter's planner; 0 for another task.
+        helicopter_samples: u32 = joint(SAMPLES, "0 in both for another task")
+            => "brief.scout.helicopter_samples",
+        /// The robots that decide a mission whose robots have tasks of their own, one bit each; 0 for another
+        /// mission.
+        required: u32 = by_hand("robots of the mission"),
+        /// Stages after the first; 0 where robots have tasks of their own.
+        further_stages: u32 = joint(at_most(Scout::STAGES_MAX as u64 - 1), "read with samples")
+            => "brief.scout.further_stages",
+        /// Designs of hoppers that hop or see otherwise; the rest zero.
+        designs: [DesignV1; DESIGNS_MAX] = by_hand("as `hop.Design.v1`; zero without `required`"),
+    }
+    of Brief {
+        run,
+        scenario,
+        scenario_hash,
+        profile,
+        robots,
+        grid,
+        datum_m,
+        start,
+        goal,
+        patrol,
+        weights: Weights { safety, information, distance },
+        payoff: Payoff { goal: payoff_goal, treasure: payoff_treasure, discount, sand_term },
+        priors: Priors { safety: safety_range, height_m: height_range_m, treasures },
+        motion: MotionParameters { hard, sand, slope_limit_rad, launch_angle_rad, gravity_mps2 },
+        sensor: SensorParameters {
+            gain: sensor_gain, offset_m: sensor_offset_m, radius_min_m, radius_max_m, gradient: gradient_source,
+        },
+        limits: Limits { steps_max, decision_budget_ns },
+        guard: Guard { hazard_max, deadline_ns },
+        reading: Reading { leaving, distance: distance_norm, distance_scale_cells, opening_steps },
+        cover,
+        scout,
+        mixed,
+    }
+    to_wire {
+        let Grid { width, height, cell_size_m, hop_cells } = grid;
+        let (start, goal) = (&CELL.to_wire(start), &CELL.to_wire(goal));
+        let weights = &[*safety, *information, *distance];
+        let sensor_radius_m = &[*radius_min_m, *radius_max_m];
+        let (goal_count, goals, hops_max) = &patrol_to_wire(patrol.as_ref());
+        let (cover_percent, cover_mode) =
+            cover.as_ref().map_or((&0, &CoverMode::Overlap), |cover| (&cover.percent, &cover.mode));
+        let (scout_seed, rover_samples, helicopter_samples, further_stages) = &scout_to_wire(scout.as_ref());
+        let required = &mixed.map_or(0, |mixed| mixed.required.0.into());
+        let designs = &designs_to_wire(*robots, mixed.as_ref());
+    }
+    from_wire(wire) {
+        let grid = grid_from_wire("brief.grid", [width, height], cell_size_m, hop_cells)?;
+        let goal = on_grid(&grid, "brief.goal", goal)?;
+        let patrol = patrol_from_wire(wire, &grid)?;
         if patrol.is_some_and(|patrol| patrol.goal(0) != goal) {
             return Err(Refusal::malformed("brief.goal", "the patrol's first", goal));
         }
-        let Design { motion, sensor } = design_from_wire(wire, &own_design(wire))?;
-        let robots =
-            u16::try_from(wire.robots).ok().filter(|robots| (1..=ROBOTS_MAX).contains(&usize::from(*robots)));
-        Ok(Self {
-            run: run_from_wire(wire.run),
-            scenario: name_from_wire("brief.scenario", wire.scenario)?,
-            scenario_hash: wire.scenario_hash,
-            profile: tag("brief.profile", wire.profile, Profile::from_code)?,
-            robots: robots.ok_or_else(|| {
-                Refusal::malformed("brief.robots", &format!("1 to {ROBOTS_MAX}"), wire.robots)
-            })?,
-            grid,
-            datum_m: length("brief.datum_m", wire.datum_m)?,
-            start: on_grid("brief.start", wire.start)?,
-            goal,
-            patrol,
-            weights: Weights {
-                safety: payoff("brief.weights.safety", wire.weights[0])?,
-                information: payoff("brief.weights.information", wire.weights[1])?,
-                distance: payoff("brief.weights.distance", wire.weights[2])?,
-            },
-            payoff: Payoff {
-                goal: payoff("brief.payoff.goal", wire.payoff_goal)?,
-                treasure: payoff("brief.payoff.treasure", wire.payoff_treasure)?,
-                discount: float("brief.payoff.discount", wire.discount, 0.01, 0.9999)?,
-                sand_term: payoff("brief.payoff.sand_term", wire.sand_term)?,
-            },
-            priors: Priors {
-                safety: range("brief.priors.safety", wire.safety_range)?,
-                height_m: range("brief.priors.height_m", wire.height_range_m)?,
-                treasures: treasures_from_wire(wire.treasures)?,
-            },
-            motion,
-            sensor,
-            limits: Limits {
-                steps_max: if (1..=DECISIONS_MAX).contains(&wire.steps_max) {
-                    wire.steps_max
-                } else {
-                    return Err(Refusal::malformed(
-                        "brief.steps_max",
-                        &format!("1 to {DECISIONS_MAX}"),
-                        wire.steps_max,
-                    ));
-                },
-                decision_budget_ns: if wire.decision_budget_ns <= BUDGET_MAX_NS {
-                    wire.decision_budget_ns
-                } else {
-                    return Err(Refusal::malformed(
-                        "brief.decision_budget_ns",
-                        &format!("at most {BUDGET_MAX_NS}"),
-                        wire.decision_budget_ns,
-                    ));
-                },
-            },
-            guard: Guard {
-                hazard_max: float("brief.guard.hazard_max", wire.hazard_max, 0.0, 1.0)?,
-                deadline_ns: wire.deadline_ns,
-            },
-            reading: reading_from_wire(wire)?,
-            cover: cover_from_wire(wire)?,
-            scout: scout_from_wire(wire)?,
-            mixed: mixed_from_wire(wire)?,
-        })
-    }
-}
-
-/// Smallest distance at which D may be −1, cells: the payoff stays within bounds.
-const SCALE_MIN_CELLS: f64 = 1e-3;
-
-fn treasures_from_wire(treasures: u32) -> Result<u32, Refusal> {
-    if treasures as usize <= TREASURES_MAX {
-        Ok(treasures)
-    } else {
-        Err(Refusal::malformed("brief.priors.treasures", &format!("at most {TREASURES_MAX}"), treasures))
-    }
-}
-
-fn reading_from_wire(wire: &BriefV9) -> Result<Reading, Refusal> {
-    let given = |value: f64| (value != 0.0).then_some(value);
-    let leaving = float("brief.reading.leaving", wire.leaving, -PAYOFF_MAX, 0.0)?;
-    let scale = match given(wire.distance_scale_cells) {
-        Some(scale) => {
-            Some(float("brief.reading.distance_scale_cells", scale, SCALE_MIN_CELLS, LENGTH_MAX_M)?)
+        let start = on_grid(&grid, "brief.start", start)?;
+        let [safety, information, distance] = weights;
+        let [radius_min_m, radius_max_m] = sensor_radius_m;
+        if opening_steps >= steps_max {
+            let need = format!("less than the {steps_max} steps of the mission");
+            return Err(Refusal::malformed("brief.reading.opening_steps", &need, opening_steps));
         }
-        None => None,
-    };
-    if wire.opening_steps >= wire.steps_max {
-        let need = format!("less than the {} steps of the mission", wire.steps_max);
-        return Err(Refusal::malformed("brief.reading.opening_steps", &need, wire.opening_steps));
+        let cover = (cover_percent > 0).then_some(Cover { percent: cover_percent, mode: cover_mode });
+        let scout = scout_from_wire(wire)?;
+        let common = Design {
+            motion: MotionParameters { hard, sand, slope_limit_rad, launch_angle_rad, gravity_mps2 },
+            sensor: SensorParameters {
+                gain: sensor_gain, offset_m: sensor_offset_m, radius_min_m, radius_max_m, gradient: gradient_source,
+            },
+        };
+        let mixed = mixed_from_wire(wire, robots, &common)?;
     }
-    Ok(Reading {
-        leaving: given(leaving),
-        distance: tag("brief.reading.distance", wire.distance_norm, |code| match code {
-            0 => Some(DistanceNorm::Euclidean),
-            1 => Some(DistanceNorm::Manhattan),
-            _ => None,
-        })?,
-        distance_scale_cells: scale,
-        opening_steps: wire.opening_steps,
-    })
 }
 
-fn cover_from_wire(wire: &BriefV9) -> Result<Option<Cover>, Refusal> {
-    if wire.cover_percent > 100 {
-        return Err(Refusal::malformed("brief.cover.percent", "at most 100", wire.cover_percent));
+fn gradient_code(source: GradientSource) -> u32 {
+    match source {
+        GradientSource::Measured => 1,
+        GradientSource::SeenDifferences => 2,
     }
-    let mode = tag("brief.cover.mode", wire.cover_mode, |code| match code {
+}
+
+fn gradient_from_code(code: u32) -> Option<GradientSource> {
+    match code {
+        1 => Some(GradientSource::Measured),
+        2 => Some(GradientSource::SeenDifferences),
+        _ => None,
+    }
+}
+
+fn norm_code(norm: DistanceNorm) -> u32 {
+    match norm {
+        DistanceNorm::Euclidean => 0,
+        DistanceNorm::Manhattan => 1,
+    }
+}
+
+fn norm_from_code(code: u32) -> Option<DistanceNorm> {
+    match code {
+        0 => Some(DistanceNorm::Euclidean),
+        1 => Some(DistanceNorm::Manhattan),
+        _ => None,
+    }
+}
+
+fn mode_code(mode: CoverMode) -> u32 {
+    match mode {
+        CoverMode::Overlap => 0,
+        CoverMode::Voronoi => 1,
+    }
+}
+
+fn mode_from_code(code: u32) -> Option<CoverMode> {
+    match code {
         0 => Some(CoverMode::Overlap),
         1 => Some(CoverMode::Voronoi),
         _ => None,
-    })?;
-    Ok((wire.cover_percent > 0).then_some(Cover { percent: wire.cover_percent, mode }))
+    }
+}
+
+fn on_grid(grid: &Grid, field: &str, cell: [i32; 2]) -> Result<Cell, Refusal> {
+    let cell = CELL.from_wire(field, cell)?;
+    if grid.contains(cell) { Ok(cell) } else { Err(Refusal::malformed(field, "a cell on the grid", cell)) }
+}
+
+/// How many goals, which, and after how many hops they are visited.
+fn patrol_to_wire(patrol: Option<&Patrol>) -> (u32, [[i32; 2]; GOALS_MAX], u64) {
+    let mut cells = [[0; 2]; GOALS_MAX];
+    let Some(patrol) = patrol else { return (0, cells, 0) };
+    for (wire, goal) in cells.iter_mut().zip(patrol.goals()) {
+        *wire = CELL.to_wire(goal);
+    }
+    (patrol.goals().len() as u32, cells, patrol.hops_max)
+}
+
+fn patrol_from_wire(wire: &BriefV9, grid: &Grid) -> Result<Option<Patrol>, Refusal> {
+    if wire.goal_count == 0 && wire.hops_max == 0 {
+        return Ok(None);
+    }
+    let need = format!("2 to {GOALS_MAX}, each another than the one before, and 1 to {DECISIONS_MAX} hops");
+    let refuse = || Refusal::malformed("brief.patrol", &need, wire.goal_count);
+    let cells = wire.goals.get(..wire.goal_count as usize).ok_or_else(refuse)?;
+    let goals = cells.iter().map(|cell| on_grid(grid, "brief.patrol", *cell));
+    let goals = goals.collect::<Result<Vec<Cell>, _>>()?;
+    if wire.hops_max > DECISIONS_MAX {
+        return Err(refuse());
+    }
+    Patrol::new(&goals, wire.hops_max).map(Some).ok_or_else(refuse)
+}
+
+/// Seed, samples of a rover's and of a helicopter's planner, and stages after the first.
+fn scout_to_wire(scout: Option<&Scout>) -> (u64, u32, u32, u32) {
+    let Some(scout) = scout else { return (0, 0, 0, 0) };
+    (scout.seed, scout.rover_samples, scout.helicopter_samples, scout.stages.saturating_sub(1))
 }
 
 fn scout_from_wire(wire: &BriefV9) -> Result<Option<Scout>, Refusal> {
@@ -400,32 +402,23 @@ fn scout_from_wire(wire: &BriefV9) -> Result<Option<Scout>, Refusal> {
     if rover_samples == 0 && helicopter_samples == 0 {
         return Ok(None);
     }
-    for (field, samples) in
-        [("brief.scout.rover_samples", rover_samples), ("brief.scout.helicopter_samples", helicopter_samples)]
-    {
-        if !(1..=SAMPLES_MAX).contains(&samples) {
-            return Err(Refusal::malformed(field, &format!("1 to {SAMPLES_MAX}"), samples));
-        }
-    }
+    let rover_samples = SAMPLES.from_wire("brief.scout.rover_samples", rover_samples)?;
+    let helicopter_samples = SAMPLES.from_wire("brief.scout.helicopter_samples", helicopter_samples)?;
     if wire.cover_percent > 0 && wire.required == 0 {
-        return Err(Refusal::malformed(
-            "brief.scout",
-            "no ground to cover, unless robots have tasks of their own",
-            format!("{} %", wire.cover_percent),
-        ));
+        let need = "no ground to cover, unless robots have tasks of their own";
+        return Err(Refusal::malformed("brief.scout", need, format!("{} %", wire.cover_percent)));
     }
+    let refuse = |need: &str| Refusal::malformed("brief.scout.further_stages", need, further_stages);
     if further_stages >= Scout::STAGES_MAX {
-        let need = format!("below {}", Scout::STAGES_MAX);
-        return Err(Refusal::malformed("brief.scout.further_stages", &need, further_stages));
+        return Err(refuse(&format!("below {}", Scout::STAGES_MAX)));
     }
     if further_stages > 0 && wire.required != 0 {
-        let need = "0 where robots have tasks of their own";
-        return Err(Refusal::malformed("brief.scout.further_stages", need, further_stages));
+        return Err(refuse("0 where robots have tasks of their own"));
     }
     Ok(Some(Scout { seed, rover_samples, helicopter_samples, stages: further_stages + 1 }))
 }
 
-fn mixed_from_wire(wire: &BriefV9) -> Result<Option<Mixed>, Refusal> {
+fn mixed_from_wire(wire: &BriefV9, robots: u16, common: &Design) -> Result<Option<Mixed>, Refusal> {
     if wire.required == 0 {
         let need = "none but where robots have tasks of their own";
         return match wire.designs.iter().find(|design| **design != DesignV1::zeroed()) {
@@ -434,69 +427,40 @@ fn mixed_from_wire(wire: &BriefV9) -> Result<Option<Mixed>, Refusal> {
         };
     }
     if wire.goal_count > 0 {
-        return Err(Refusal::malformed(
-            "brief.patrol",
-            "none where robots have tasks of their own",
-            wire.goal_count,
-        ));
+        let need = "none where robots have tasks of their own";
+        return Err(Refusal::malformed("brief.patrol", need, wire.goal_count));
     }
-    let all = RobotSet::ALL.of(u16::try_from(wire.robots).unwrap_or(u16::MAX));
-    let required = u16::try_from(wire.required).ok().map(RobotSet).filter(|set| set.0 & !all.0 == 0);
-    let refuse =
-        || Refusal::malformed("brief.required", &format!("robots of the mission, {all}"), wire.required);
-    Ok(Some(Mixed { required: required.ok_or_else(refuse)?, designs: designs_from_wire(wire)? }))
+    let all = RobotSet::first(robots);
+    let Some(required) = robots_of(all, wire.required) else {
+        let need = format!("robots of the mission, {all}");
+        return Err(Refusal::malformed("brief.required", &need, wire.required));
+    };
+    Ok(Some(Mixed { required, designs: designs_from_wire(&wire.designs, all, common)? }))
 }
 
-/// The design that most hoppers have, as one of many.
-fn own_design(wire: &BriefV9) -> DesignV1 {
-    DesignV1 {
-        robots: 0,
-        reserved: 0,
-        hard: wire.hard,
-        sand: wire.sand,
-        launch_angle_rad: wire.launch_angle_rad,
-        sensor_gain: wire.sensor_gain,
-        sensor_offset_m: wire.sensor_offset_m,
-        sensor_radius_m: wire.sensor_radius_m,
-    }
+/// The robots of these marks, if all of them are in the mission.
+fn robots_of(all: RobotSet, marks: u32) -> Option<RobotSet> {
+    let set = u16::try_from(marks).ok().map(RobotSet)?;
+    if set.0 & !all.0 == 0 { Some(set) } else { None }
 }
 
-fn design_from_wire(brief: &BriefV9, wire: &DesignV1) -> Result<Design, Refusal> {
-    let [min_m, max_m] = wire.sensor_radius_m;
-    Ok(Design {
-        motion: MotionParameters {
-            hard: (&wire.hard).try_into()?,
-            sand: (&wire.sand).try_into()?,
-            slope_limit_rad: float("brief.slope_limit_rad", brief.slope_limit_rad, 0.01, 1.57)?,
-            launch_angle_rad: float("brief.launch_angle_rad", wire.launch_angle_rad, 0.01, 1.56)?,
-            gravity_mps2: float("brief.gravity_mps2", brief.gravity_mps2, 1.0e-4, 100.0)?,
-        },
-        sensor: SensorParameters {
-            gain: float("brief.sensor.gain", wire.sensor_gain, 0.0, 1.0e6)?,
-            offset_m: length("brief.sensor.offset_m", wire.sensor_offset_m)?,
-            radius_min_m: float("brief.sensor.radius_min_m", min_m, 0.0, LENGTH_MAX_M)?,
-            radius_max_m: float("brief.sensor.radius_max_m", max_m, min_m, LENGTH_MAX_M)?,
-            gradient: tag("brief.gradient_source", brief.gradient_source, |code| match code {
-                1 => Some(GradientSource::Measured),
-                2 => Some(GradientSource::SeenDifferences),
-                _ => None,
-            })?,
-        },
-    })
-}
-
-fn designs_from_wire(wire: &BriefV9) -> Result<Designs, Refusal> {
+fn designs_from_wire(
+    wire: &[DesignV1; DESIGNS_MAX],
+    all: RobotSet,
+    common: &Design,
+) -> Result<Designs, Refusal> {
     let mut of = [None; ROBOTS_MAX];
-    let all = RobotSet::ALL.of(u16::try_from(wire.robots).unwrap_or(u16::MAX));
-    for design in wire.designs.iter().filter(|design| **design != DesignV1::zeroed()) {
-        let parsed = design_from_wire(wire, design)?;
-        let robots =
-            u16::try_from(design.robots).ok().map(RobotSet).filter(|set| set.0 != 0 && set.0 & !all.0 == 0);
+    for design in wire.iter().filter(|design| **design != DesignV1::zeroed()) {
+        let parsed = design_from_wire(design, common)?;
         let refuse = || {
             let need = format!("robots of the mission, {all}, each once");
             Refusal::malformed("brief.designs", &need, design.robots)
         };
-        for robot in robots.ok_or_else(refuse)?.iter() {
+        let robots = robots_of(all, design.robots).ok_or_else(refuse)?;
+        if robots == RobotSet::NONE {
+            return Err(refuse());
+        }
+        for robot in robots.iter() {
             if of[usize::from(robot.0)].replace(parsed).is_some() {
                 return Err(refuse());
             }
@@ -508,51 +472,19 @@ fn designs_from_wire(wire: &BriefV9) -> Result<Designs, Refusal> {
     })
 }
 
-fn designs_to_wire(brief: &Brief) -> [DesignV1; DESIGNS_MAX] {
+/// Each design once, with the robots that have it.
+fn designs_to_wire(robots: u16, mixed: Option<&Mixed>) -> [DesignV1; DESIGNS_MAX] {
     let mut designs = [DesignV1::zeroed(); DESIGNS_MAX];
-    let Some(mixed) = &brief.mixed else { return designs };
-    for robot in RobotSet::first(brief.robots).iter() {
-        let Some(Design { motion, sensor }) = mixed.designs.of(robot) else { continue };
-        let wire = DesignV1 {
-            robots: 0,
-            reserved: 0,
-            hard: (&motion.hard).into(),
-            sand: (&motion.sand).into(),
-            launch_angle_rad: motion.launch_angle_rad,
-            sensor_gain: sensor.gain,
-            sensor_offset_m: sensor.offset_m,
-            sensor_radius_m: [sensor.radius_min_m, sensor.radius_max_m],
-        };
+    let Some(mixed) = mixed else { return designs };
+    for robot in RobotSet::first(robots).iter() {
+        let Some(design) = mixed.designs.of(robot) else { continue };
+        let wire = DesignV1::from(design);
         let same = |known: &&mut DesignV1| known.robots == 0 || DesignV1 { robots: 0, ..**known } == wire;
         if let Some(place) = designs.iter_mut().find(same) {
             *place = DesignV1 { robots: place.robots | 1 << robot.0, ..wire };
         }
     }
     designs
-}
-
-fn goals_to_wire(patrol: Option<&Patrol>) -> [[i32; 2]; GOALS_MAX] {
-    let mut cells = [[0; 2]; GOALS_MAX];
-    for (wire, goal) in cells.iter_mut().zip(patrol.map_or(&[][..], Patrol::goals)) {
-        *wire = cell_to_wire(*goal);
-    }
-    cells
-}
-
-fn patrol_from_wire(
-    wire: &BriefV9,
-    on_grid: impl Fn(&str, [i32; 2]) -> Result<Cell, Refusal>,
-) -> Result<Option<Patrol>, Refusal> {
-    if wire.goal_count == 0 && wire.hops_max == 0 {
-        return Ok(None);
-    }
-    let need = format!("2 to {GOALS_MAX}, each another than the one before, and 1 to {DECISIONS_MAX} hops");
-    let refuse = || Refusal::malformed("brief.patrol", &need, wire.goal_count);
-    let cells = wire.goals.get(..wire.goal_count as usize).ok_or_else(refuse)?;
-    let goals: Vec<Cell> =
-        cells.iter().map(|cell| on_grid("brief.patrol", *cell)).collect::<Result<_, _>>()?;
-    let hops_max = Some(wire.hops_max).filter(|hops| *hops <= DECISIONS_MAX).ok_or_else(refuse)?;
-    Patrol::new(&goals, hops_max).map(Some).ok_or_else(refuse)
 }
 
 fixed_payload!(Brief => BriefV9);

@@ -1,127 +1,80 @@
 //! `hop/rN/command`.
 
-use bytemuck::{Pod, Zeroable};
-
 use crate::Role;
 use crate::fixed_payload;
 
-use super::{Wire, flag, name_from_wire, robot_from_wire, run_from_wire, run_to_wire, tag};
+use super::action_from_wire;
+use super::codec::{ANY, COUNTED, FLAG, GIVEN_NAME, NOT_ZERO, ROBOT, RUN, by_hand, whole};
+use super::declaration::wire;
 use crate::limits::DECISIONS_MAX;
 use crate::message::{Message, PublishSubscribe};
-use crate::{Action, Command, Decision, Digest, Incarnation, MonotonicNs, Name, Refusal, Term};
+use crate::{Command, Decision, Digest, Incarnation, MonotonicNs, Name, Refusal, Term};
 
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
-pub struct CommandV3 {
-    pub run: [u64; 2],
-    pub decision: u64,
-    /// Term it speaks for, at least 1.
-    pub term: u64,
-    /// Life of the planner, not zero.
-    pub incarnation: u64,
-    /// Fingerprint of the map it was decided on.
-    pub observation: u64,
-    /// Work done, in the planner's own units.
-    pub work: u64,
-    /// Pose folded into the map, monotonic nanoseconds.
-    pub sensed_ns: u64,
-    /// Map published, monotonic nanoseconds.
-    pub map_published_ns: u64,
-    /// Planning began, monotonic nanoseconds.
-    pub planning_started_ns: u64,
-    /// Planning ended, monotonic nanoseconds; not before it began.
-    pub planning_ended_ns: u64,
-    pub robot: u32,
-    /// [`Action::code`].
-    pub action: u32,
-    /// Process of the planner.
-    pub pid: u32,
-    /// 1 if a budget cut the work short.
-    pub cut: u32,
-    /// Algorithm, zero-padded ASCII, not empty.
-    pub planner: [u8; Name::BYTES],
-    /// Digest of the state that it answers.
-    pub digest: [u8; 32],
-    /// Fingerprint of the route that is announced; 0 for none.
-    pub route: u64,
-}
-
-const _: () = assert!(size_of::<CommandV3>() == 176);
-
-impl Wire for CommandV3 {
-    const NAME: &'static str = "hop.Command.v3";
-}
-
-impl From<&Command> for CommandV3 {
-    fn from(command: &Command) -> Self {
-        Self {
-            run: run_to_wire(command.run),
-            decision: command.decision.0,
-            term: command.term.0,
-            incarnation: command.incarnation.0,
-            observation: command.observation,
-            work: command.work,
-            sensed_ns: command.sensed.0,
-            map_published_ns: command.map_published.0,
-            planning_started_ns: command.planning_started.0,
-            planning_ended_ns: command.planning_ended.0,
-            robot: u32::from(command.robot.0),
-            action: command.action.code(),
-            pid: command.pid,
-            cut: u32::from(command.cut),
-            planner: command.planner.bytes(),
-            digest: command.digest.0,
-            route: command.action.route(),
-        }
+wire! {
+    /// What a planner tells a robot to do.
+    pub struct CommandV3 = "hop.Command.v3", 176 bytes, refused as "command" {
+        /// Run that is meant.
+        run: [u64; 2] = RUN,
+        /// Decision that it answers.
+        decision: u64 = COUNTED,
+        /// Term it speaks for; 0 is nobody's.
+        term: u64 = whole(1, DECISIONS_MAX),
+        /// Life of the planner; 0 stands for no planner.
+        incarnation: u64 = NOT_ZERO,
+        /// Fingerprint of the map it was decided on.
+        observation: u64 = ANY,
+        /// Work done, in the planner's own units.
+        work: u64 = ANY,
+        /// Pose folded into the map, monotonic nanoseconds.
+        sensed_ns: u64 = ANY,
+        /// Map published, monotonic nanoseconds.
+        map_published_ns: u64 = ANY,
+        /// Planning began, monotonic nanoseconds.
+        planning_started_ns: u64 = ANY,
+        /// Planning ended, monotonic nanoseconds: the time that it took is their difference.
+        planning_ended_ns: u64 = by_hand("at least `planning_started_ns`"),
+        /// Robot that is meant.
+        robot: u32 = ROBOT,
+        /// Action to execute: [`Action::code`](crate::Action::code).
+        action: u32 = by_hand("0 to 12, or 13 with a `route`"),
+        /// Process of the planner, for people; 0 in lockstep.
+        pid: u32 = ANY,
+        /// 1 if a budget cut the work short.
+        cut: u32 = FLAG,
+        /// Algorithm of the planner; journals and tables are sorted by it.
+        planner: [u8; Name::BYTES] = GIVEN_NAME,
+        /// Digest of the state that it answers.
+        digest: [u8; 32] = ANY,
+        /// Fingerprint of the route that is announced; 0 for none.
+        route: u64 = by_hand("not zero with `action` 13, else 0"),
     }
-}
-
-impl TryFrom<&CommandV3> for Command {
-    type Error = Refusal;
-
-    fn try_from(wire: &CommandV3) -> Result<Self, Refusal> {
-        if wire.decision > DECISIONS_MAX {
-            return Err(Refusal::malformed(
-                "command.decision",
-                &format!("at most {DECISIONS_MAX}"),
-                wire.decision,
-            ));
+    of Command {
+        run,
+        robot,
+        decision: Decision(decision),
+        digest: Digest(digest),
+        term: Term(term),
+        action,
+        observation,
+        planner,
+        incarnation: Incarnation(incarnation),
+        pid,
+        work,
+        cut,
+        sensed: MonotonicNs(sensed_ns),
+        map_published: MonotonicNs(map_published_ns),
+        planning_started: MonotonicNs(planning_started_ns),
+        planning_ended: MonotonicNs(planning_ended_ns),
+    }
+    to_wire {
+        let (action, route) = (&action.code(), &action.route());
+    }
+    from_wire(wire) {
+        if planning_ended_ns < planning_started_ns {
+            let need = format!("at least planning_started_ns = {planning_started_ns}");
+            return Err(Refusal::malformed("command.planning_ended_ns", &need, planning_ended_ns));
         }
-        if wire.term == 0 || wire.term > DECISIONS_MAX {
-            return Err(Refusal::malformed("command.term", &format!("1 to {DECISIONS_MAX}"), wire.term));
-        }
-        if wire.incarnation == 0 {
-            return Err(Refusal::malformed("command.incarnation", "not zero", 0));
-        }
-        if wire.planning_ended_ns < wire.planning_started_ns {
-            return Err(Refusal::malformed(
-                "command.planning_ended_ns",
-                &format!("at least planning_started_ns = {}", wire.planning_started_ns),
-                wire.planning_ended_ns,
-            ));
-        }
-        let planner = name_from_wire("command.planner", wire.planner)?;
-        if planner == Name::NONE {
-            return Err(Refusal::malformed("command.planner", "a name", "nothing"));
-        }
-        Ok(Self {
-            run: run_from_wire(wire.run),
-            robot: robot_from_wire(wire.robot)?,
-            decision: Decision(wire.decision),
-            digest: Digest(wire.digest),
-            term: Term(wire.term),
-            action: tag("command.action", wire.action, |code| Action::with_route(code, wire.route))?,
-            observation: wire.observation,
-            planner,
-            incarnation: Incarnation(wire.incarnation),
-            pid: wire.pid,
-            work: wire.work,
-            cut: flag("command.cut", wire.cut)?,
-            sensed: MonotonicNs(wire.sensed_ns),
-            map_published: MonotonicNs(wire.map_published_ns),
-            planning_started: MonotonicNs(wire.planning_started_ns),
-            planning_ended: MonotonicNs(wire.planning_ended_ns),
-        })
+        let action = action_from_wire("command.action", action, route)?;
     }
 }
 

@@ -1,56 +1,85 @@
 //! `hop/rN/control` with `hop/rN/tempo`.
 
-use bytemuck::{Pod, Zeroable};
-
 use crate::Role;
 use crate::fixed_payload;
 
-use super::{Wire, flag, float, robot_from_wire, run_from_wire, run_to_wire};
+use super::codec::{Codec, FLAG, Float, NOT_ZERO, ROBOT, RUN, float, joint, unknown_tag, whole};
+use super::declaration::wire;
 use crate::message::{Message, PublishSubscribe};
 use crate::mission::pace::{HERTZ_MAX, HERTZ_MIN, TIMES_MAX, TIMES_MIN};
 use crate::{Control, Incarnation, Order, Pace, Pacing, Refusal};
 
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub struct ControlV1 {
-    /// Run that is meant, high half first.
-    pub run: [u64; 2],
-    /// Planner that shall take over; zero for other orders.
-    pub incarnation: u64,
-    /// Landings a second, or times real time, if that is the pace asked for; zero otherwise.
-    pub pace_hz: f64,
-    /// 1 pause, 2 resume, 3 step, 4 pace, 5 hand over.
-    pub order: u32,
-    /// Pace asked for: 0 none, 1 max, 2 real, 3 as many hertz, 4 as many times real time.
-    pub pace: u32,
-    pub robot: u32,
-    pub reserved: u32,
+/// Landings a second.
+const HERTZ: Float = float(HERTZ_MIN, HERTZ_MAX);
+
+/// Times real time.
+const TIMES: Float = float(TIMES_MIN, TIMES_MAX);
+
+wire! {
+    /// An order from the ground.
+    pub struct ControlV1 = "hop.Control.v1", 48 bytes, refused as "control" {
+        /// Run that is meant.
+        run: [u64; 2] = RUN,
+        /// Life of the planner that shall take over.
+        incarnation: u64 = joint(NOT_ZERO, "read with `order` 5"),
+        /// Landings a second, or times real time, if that is the pace asked for; zero otherwise.
+        pace_hz: f64 = joint(HERTZ, "read with `order` 4 and `pace` 3; with `pace` 4 up to 10^9") => "control.pace",
+        /// 1 pause, 2 resume, 3 step, 4 pace, 5 hand over.
+        order: u32 = joint(whole(1, 5), "says which other fields are read"),
+        /// Pace asked for: 0 none, 1 max, 2 real, 3 as many hertz, 4 as many times real time.
+        pace: u32 = joint(whole(1, 4), "read with `order` 4"),
+        /// Robot that is meant.
+        robot: u32 = ROBOT,
+        reserved: u32,
+    }
+    of Control { run, robot, order }
+    to_wire {
+        let (order, pace, incarnation) = match *order {
+            Order::Pause => (&1, None, 0),
+            Order::Resume => (&2, None, 0),
+            Order::Step => (&3, None, 0),
+            Order::Pace(pace) => (&4, Some(pace), 0),
+            Order::HandOver(incarnation) => (&5, None, incarnation.0),
+        };
+        let incarnation = &incarnation;
+        let (pace, pace_hz) = &pace.map_or((0, 0.0), pace_to_wire);
+    }
+    from_wire(wire) {
+        let order = match order {
+            1 => Order::Pause,
+            2 => Order::Resume,
+            3 => Order::Step,
+            4 => Order::Pace(pace_from_wire("control.pace", pace, pace_hz)?),
+            5 if incarnation != 0 => Order::HandOver(Incarnation(incarnation)),
+            5 => return Err(Refusal::malformed("control.incarnation", "not zero", 0)),
+            code => return Err(unknown_tag("control.order", code)),
+        };
+    }
 }
 
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub struct TempoV1 {
-    pub run: [u64; 2],
-    /// Landings a second, or times real time, if that is the pace; zero otherwise.
-    pub pace_hz: f64,
-    /// 1 max, 2 real, 3 as many hertz, 4 as many times real time.
-    pub pace: u32,
-    /// 1 while landings are held back.
-    pub paused: u32,
-    /// 1 if orders are heeded.
-    pub heeds: u32,
-    pub robot: u32,
-}
-
-const _: () = assert!(size_of::<ControlV1>() == 48);
-const _: () = assert!(size_of::<TempoV1>() == 40);
-
-impl Wire for ControlV1 {
-    const NAME: &'static str = "hop.Control.v1";
-}
-
-impl Wire for TempoV1 {
-    const NAME: &'static str = "hop.Tempo.v1";
+wire! {
+    /// The pace in force.
+    pub struct TempoV1 = "hop.Tempo.v1", 40 bytes, refused as "tempo" {
+        /// Run that is paced.
+        run: [u64; 2] = RUN,
+        /// Landings a second, or times real time, if that is the pace; zero otherwise.
+        pace_hz: f64 = joint(HERTZ, "read with `pace` 3; with `pace` 4 up to 10^9") => "tempo.pace",
+        /// 1 max, 2 real, 3 as many hertz, 4 as many times real time.
+        pace: u32 = joint(whole(1, 4), "says what `pace_hz` is"),
+        /// 1 while landings are held back.
+        paused: u32 = FLAG,
+        /// 1 if orders are obeyed.
+        heeds: u32 = FLAG,
+        /// Robot that is paced.
+        robot: u32 = ROBOT,
+    }
+    of Pacing { run, robot, pace, paused, obeys: heeds }
+    to_wire {
+        let (pace, pace_hz) = &pace_to_wire(*pace);
+    }
+    from_wire(wire) {
+        let pace = pace_from_wire("tempo.pace", pace, pace_hz)?;
+    }
 }
 
 fn pace_to_wire(pace: Pace) -> (u32, f64) {
@@ -66,76 +95,9 @@ fn pace_from_wire(field: &str, code: u32, pace_hz: f64) -> Result<Pace, Refusal>
     match code {
         1 => Ok(Pace::Max),
         2 => Ok(Pace::Real),
-        3 => Ok(Pace::Hertz(float(field, pace_hz, HERTZ_MIN, HERTZ_MAX)?)),
-        4 => Ok(Pace::Times(float(field, pace_hz, TIMES_MIN, TIMES_MAX)?)),
-        _ => Err(Refusal::malformed(field, "a known tag", code)),
-    }
-}
-
-impl From<&Control> for ControlV1 {
-    fn from(control: &Control) -> Self {
-        let (order, pace, incarnation) = match control.order {
-            Order::Pause => (1, None, Incarnation(0)),
-            Order::Resume => (2, None, Incarnation(0)),
-            Order::Step => (3, None, Incarnation(0)),
-            Order::Pace(pace) => (4, Some(pace), Incarnation(0)),
-            Order::HandOver(incarnation) => (5, None, incarnation),
-        };
-        let (pace, pace_hz) = pace.map_or((0, 0.0), pace_to_wire);
-        Self {
-            run: run_to_wire(control.run),
-            incarnation: incarnation.0,
-            pace_hz,
-            order,
-            pace,
-            robot: u32::from(control.robot.0),
-            reserved: 0,
-        }
-    }
-}
-
-impl TryFrom<&ControlV1> for Control {
-    type Error = Refusal;
-
-    fn try_from(wire: &ControlV1) -> Result<Self, Refusal> {
-        let order = match wire.order {
-            1 => Order::Pause,
-            2 => Order::Resume,
-            3 => Order::Step,
-            4 => Order::Pace(pace_from_wire("control.pace", wire.pace, wire.pace_hz)?),
-            5 if wire.incarnation != 0 => Order::HandOver(Incarnation(wire.incarnation)),
-            5 => return Err(Refusal::malformed("control.incarnation", "not zero", 0)),
-            code => return Err(Refusal::malformed("control.order", "a known tag", code)),
-        };
-        Ok(Self { run: run_from_wire(wire.run), robot: robot_from_wire(wire.robot)?, order })
-    }
-}
-
-impl From<&Pacing> for TempoV1 {
-    fn from(pacing: &Pacing) -> Self {
-        let (pace, pace_hz) = pace_to_wire(pacing.pace);
-        Self {
-            run: run_to_wire(pacing.run),
-            pace_hz,
-            pace,
-            paused: u32::from(pacing.paused),
-            heeds: u32::from(pacing.obeys),
-            robot: u32::from(pacing.robot.0),
-        }
-    }
-}
-
-impl TryFrom<&TempoV1> for Pacing {
-    type Error = Refusal;
-
-    fn try_from(wire: &TempoV1) -> Result<Self, Refusal> {
-        Ok(Self {
-            run: run_from_wire(wire.run),
-            robot: robot_from_wire(wire.robot)?,
-            pace: pace_from_wire("tempo.pace", wire.pace, wire.pace_hz)?,
-            paused: flag("tempo.paused", wire.paused)?,
-            obeys: flag("tempo.heeds", wire.heeds)?,
-        })
+        3 => Ok(Pace::Hertz(HERTZ.from_wire(field, pace_hz)?)),
+        4 => Ok(Pace::Times(TIMES.from_wire(field, pace_hz)?)),
+        _ => Err(unknown_tag(field, code)),
     }
 }
 

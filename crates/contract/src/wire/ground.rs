@@ -1,92 +1,80 @@
 //! One cell of terrain on the wire.
 
-use bytemuck::{Pod, Zeroable};
-
-use super::{Wire, flag, gradient, length, tag};
+use super::codec::{Code, Codec, Ends, FLAG, GRADIENT, LENGTH, unknown_tag};
+use super::declaration::wire;
 use crate::{DriveSpeed, Ground, Refusal, Soil};
 
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub struct GroundV2 {
-    /// Height above the datum, metres.
-    pub height_m: f64,
-    /// Gradient (∂h/∂x, ∂h/∂y), metres per metre.
-    pub gradient: [f64; 2],
-    /// 1 hard, 2 sand, plus 16 for each speed of [`DriveSpeed::ALL`] up to the cell's, plus 128 and 4 times
-    /// the number of a camera's reading there; see `soil_code`.
-    pub soil: u32,
-    /// 1 where the hopper survives landing.
-    pub passable: u32,
-}
-
-const _: () = assert!(size_of::<GroundV2>() == 32);
-
-impl Wire for GroundV2 {
-    const NAME: &'static str = "hop.Ground.v2";
-}
-
-impl From<&Ground> for GroundV2 {
-    #[inline]
-    fn from(ground: &Ground) -> Self {
-        Self {
-            height_m: ground.height_m,
-            gradient: ground.gradient,
-            soil: soil_code(ground),
-            passable: u32::from(ground.passable),
-        }
+wire! {
+    /// The true ground of a cell.
+    pub struct GroundV2 = "hop.Ground.v2", 32 bytes, refused as "ground" {
+        /// Height above the datum, metres.
+        height_m: f64 = LENGTH,
+        /// Gradient (∂h/∂x, ∂h/∂y), metres per metre.
+        gradient: [f64; 2] = GRADIENT,
+        /// 1 hard, 2 sand, plus 16 for each speed of [`DriveSpeed::ALL`] up to the cell's, plus 128 and 4 times
+        /// the number of a camera's reading there: one byte, so that a seen cell takes no more.
+        soil: u32 = SOIL,
+        /// 1 where the hopper survives landing.
+        passable: u32 = FLAG,
     }
-}
-
-impl TryFrom<&GroundV2> for Ground {
-    type Error = Refusal;
-
-    #[inline]
-    fn try_from(wire: &GroundV2) -> Result<Self, Refusal> {
-        let (soil, speed, reading) = soil_from_code("ground.soil", wire.soil)?;
-        Ok(Self {
-            height_m: length("ground.height_m", wire.height_m)?,
-            gradient: gradient("ground.gradient", wire.gradient)?,
-            soil,
-            passable: flag("ground.passable", wire.passable)?,
-            speed,
-            reading,
-        })
+    of Ground { height_m, gradient, soil, passable, speed, reading }
+    to_wire {
+        let soil = &(*soil, *speed, *reading);
+    }
+    from_wire(wire) {
+        let (soil, speed, reading) = soil;
     }
 }
 
 /// Soil, speed and reading of a cell in one number of 8 bits: 1 hard, 2 sand, plus 16, 32, 48 or 64 where the cell has a
 /// speed, plus 128, 132, 136 or 140 where it has a reading.
-#[inline]
-pub(super) fn soil_code(ground: &Ground) -> u32 {
-    let soil = match ground.soil {
-        Soil::Hard => 1,
-        Soil::Sand => 2,
-    };
-    let speed = ground.speed.map_or(0, |speed| 16 * (speed as u32 + 1));
-    soil + speed + ground.reading.map_or(0, |reading| 128 + 4 * reading as u32)
-}
+pub(super) struct SoilCode;
 
-/// What [`soil_code`] stands for.
-#[inline]
-pub(super) fn soil_from_code(
-    field: &str,
-    code: u32,
-) -> Result<(Soil, Option<DriveSpeed>, Option<DriveSpeed>), Refusal> {
-    let soil = tag(field, code, |code| match code % 4 {
-        1 => Some(Soil::Hard),
-        2 => Some(Soil::Sand),
-        _ => None,
-    })?;
-    let speed = match code / 16 % 8 {
-        0 => None,
-        number => Some(tag(field, code, |_| DriveSpeed::ALL.get(number as usize - 1).copied())?),
-    };
-    let reading = match (code / 128, code / 4 % 4) {
-        (0, 0) => None,
-        (1, number) => Some(tag(field, code, |_| DriveSpeed::ALL.get(number as usize).copied())?),
-        _ => Some(tag(field, code, |_| None)?),
-    };
-    Ok((soil, speed, reading))
+pub(super) const SOIL: SoilCode = SoilCode;
+
+impl<W: Code> Codec<W> for SoilCode {
+    type Value = (Soil, Option<DriveSpeed>, Option<DriveSpeed>);
+
+    #[inline]
+    fn to_wire(&self, &(soil, speed, reading): &Self::Value) -> W {
+        let soil = match soil {
+            Soil::Hard => 1,
+            Soil::Sand => 2,
+        };
+        let speed = speed.map_or(0, |speed| 16 * (speed as u32 + 1));
+        W::of(soil + speed + reading.map_or(0, |reading| 128 + 4 * reading as u32))
+    }
+
+    #[inline]
+    fn from_wire(&self, field: &str, wire: W) -> Result<Self::Value, Refusal> {
+        let code = wire.get();
+        let refuse = || unknown_tag(field, code);
+        let speed_of = |number: u32| DriveSpeed::ALL.get(number as usize).copied().ok_or_else(refuse);
+        let soil = match code % 4 {
+            1 => Soil::Hard,
+            2 => Soil::Sand,
+            _ => return Err(refuse()),
+        };
+        let speed = match code / 16 % 8 {
+            0 => None,
+            number => Some(speed_of(number - 1)?),
+        };
+        let reading = match (code / 128, code / 4 % 4) {
+            (0, 0) => None,
+            (1, number) => Some(speed_of(number)?),
+            _ => return Err(refuse()),
+        };
+        Ok((soil, speed, reading))
+    }
+
+    fn range(&self) -> String {
+        "1 or 2, plus 0, 16, 32, 48 or 64, plus 0, 128, 132, 136 or 140".into()
+    }
+
+    fn ends(&self) -> Ends<W> {
+        let ends = |codes: &[u32]| codes.iter().map(|code| W::of(*code)).collect();
+        Ends { inside: ends(&[1, 2, 66, 206]), outside: ends(&[0, 3, 5, 81, 255]) }
+    }
 }
 
 #[cfg(test)]
@@ -99,14 +87,14 @@ mod tests {
         let mut codes = Vec::new();
         for (speed, reading) in speeds().flat_map(|speed| speeds().map(move |reading| (speed, reading))) {
             for soil in [Soil::Hard, Soil::Sand] {
-                let code = soil_code(&Ground { soil, speed, reading, ..Ground::FLAT });
-                assert_eq!(soil_from_code("soil", code), Ok((soil, speed, reading)));
+                let code = SOIL.to_wire(&(soil, speed, reading));
+                assert_eq!(Codec::<u32>::from_wire(&SOIL, "soil", code), Ok((soil, speed, reading)));
                 codes.push(code);
             }
         }
         assert!(codes.contains(&1) && codes.contains(&2), "those without a speed are as before");
         for code in (0..1000).chain([u32::MAX]).filter(|code| !codes.contains(code)) {
-            assert!(soil_from_code("soil", code).is_err(), "{code}");
+            assert!(Codec::<u32>::from_wire(&SOIL, "soil", code).is_err(), "{code}");
         }
     }
 }

@@ -1,80 +1,47 @@
 //! `hop/heartbeat`.
 
-use bytemuck::{Pod, Zeroable};
-
 use crate::fixed_payload;
 
-use super::{Wire, counted, name_from_wire, run_from_wire, run_to_wire, tag};
+use super::codec::{ANY, COUNTED, NAME, NOT_ZERO, RUN, narrow, tag};
+use super::declaration::wire;
 use crate::message::{Message, PublishSubscribe};
-use crate::{Decision, Heartbeat, Incarnation, Name, Refusal, RobotSet, Role, Status};
+use crate::{Decision, Heartbeat, Incarnation, Name, RobotSet, Role, Status};
 
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
-pub struct HeartbeatV2 {
-    /// Run last seen, high half first; zero for none.
-    pub run: [u64; 2],
-    /// Life of the process, not zero.
-    pub incarnation: u64,
-    /// Beats of this life.
-    pub counter: u64,
-    pub decision: u64,
-    /// [`Role::code`].
-    pub role: u32,
-    /// [`Status::code`] last seen.
-    pub status: u32,
-    pub pid: u32,
-    /// One bit each: bit 0 for robot 0.
-    pub robots: u32,
-    /// Version of the build, zero-padded ASCII.
-    pub version: [u8; Name::BYTES],
-    /// Algorithm of a planner, zero-padded ASCII.
-    pub planner: [u8; Name::BYTES],
-}
-
-const _: () = assert!(size_of::<HeartbeatV2>() == 120);
-
-impl Wire for HeartbeatV2 {
-    const NAME: &'static str = "hop.Heartbeat.v2";
-}
-
-impl From<&Heartbeat> for HeartbeatV2 {
-    fn from(beat: &Heartbeat) -> Self {
-        Self {
-            run: run_to_wire(beat.run),
-            incarnation: beat.incarnation.0,
-            counter: beat.counter,
-            decision: beat.decision.0,
-            role: beat.role.code(),
-            status: beat.status.code(),
-            pid: beat.pid,
-            robots: beat.robots.0.into(),
-            version: beat.version.bytes(),
-            planner: beat.planner.bytes(),
-        }
+wire! {
+    /// A process is alive.
+    pub struct HeartbeatV2 = "hop.Heartbeat.v2", 120 bytes, refused as "heartbeat" {
+        /// Run last seen; zero for none.
+        run: [u64; 2] = RUN,
+        /// Life of the process; 0 stands for none.
+        incarnation: u64 = NOT_ZERO,
+        /// Beats of this life.
+        counter: u64 = ANY,
+        /// Decision of the last state seen.
+        decision: u64 = COUNTED,
+        /// Part the process plays.
+        role: u32 = tag(Role::code, Role::from_code),
+        /// Status of the mission last seen.
+        status: u32 = tag(Status::code, Status::from_code),
+        /// Process, for people.
+        pid: u32 = ANY,
+        /// Robots that a planner plans for, or that still act, one bit each: bit 0 for robot 0.
+        robots: u32 = narrow(0, u16::MAX),
+        /// Version of the build, by which one too old to check is known.
+        version: [u8; Name::BYTES] = NAME,
+        /// Algorithm of a planner.
+        planner: [u8; Name::BYTES] = NAME,
     }
-}
-
-impl TryFrom<&HeartbeatV2> for Heartbeat {
-    type Error = Refusal;
-
-    fn try_from(wire: &HeartbeatV2) -> Result<Self, Refusal> {
-        if wire.incarnation == 0 {
-            return Err(Refusal::malformed("heartbeat.incarnation", "not zero", 0));
-        }
-        Ok(Self {
-            role: tag("heartbeat.role", wire.role, Role::from_code)?,
-            incarnation: Incarnation(wire.incarnation),
-            pid: wire.pid,
-            version: name_from_wire("heartbeat.version", wire.version)?,
-            planner: name_from_wire("heartbeat.planner", wire.planner)?,
-            counter: wire.counter,
-            run: run_from_wire(wire.run),
-            decision: Decision(counted("heartbeat.decision", wire.decision)?),
-            status: tag("heartbeat.status", wire.status, Status::from_code)?,
-            robots: u16::try_from(wire.robots)
-                .map(RobotSet)
-                .map_err(|_| Refusal::malformed("heartbeat.robots", "at most 65535", wire.robots))?,
-        })
+    of Heartbeat {
+        role,
+        incarnation: Incarnation(incarnation),
+        pid,
+        version,
+        planner,
+        counter,
+        run,
+        decision: Decision(decision),
+        status,
+        robots: RobotSet(robots),
     }
 }
 

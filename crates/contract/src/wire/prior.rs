@@ -1,116 +1,73 @@
 //! `hop/prior`.
 
-use bytemuck::{Pod, Zeroable};
-
-use super::{Wire, at_most, grid_from_wire, length, run_from_wire, run_to_wire};
+use super::codec::{ANY, LENGTH, RUN, by_hand};
+use super::declaration::wire;
+use super::{CELL_SIZE, GRID_SIDE, HOP_CELLS, cells_at_most, grid_from_wire};
 use crate::limits::PRIOR_PAGE_CELLS;
 use crate::message::{Request, RequestResponse};
-use crate::{PriorCell, PriorPage, PriorRequest, Refusal, Role, SpeedPrior, fixed_payload, slice_payload};
+use crate::{Grid, PriorCell, PriorPage, PriorRequest, Role, SpeedPrior, fixed_payload, slice_payload};
 
-/// Asks for the prior from an index on.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
-pub struct PriorRequestV1 {
-    pub run: [u64; 2],
-    pub from: u32,
-    pub reserved: u32,
-}
-
-/// Which run's prior follows, its lattice, and where on it.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub struct PriorPageV1 {
-    pub run: [u64; 2],
-    /// Edge of a cell, metres.
-    pub cell_size_m: f64,
-    pub width: u32,
-    pub height: u32,
-    /// Cells that one hop spans.
-    pub hop_cells: u32,
-    /// Index of the first cell.
-    pub from: u32,
-}
-
-/// What is known of one cell.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub struct PriorCellV1 {
-    /// Probabilities of 0, 50, 150 and 200 m/Sol.
-    pub probabilities: [f64; 4],
-    /// Height at the middle of the cell, metres.
-    pub height_m: f64,
-}
-
-const _: () = assert!(size_of::<PriorRequestV1>() == 24);
-const _: () = assert!(size_of::<PriorPageV1>() == 40);
-const _: () = assert!(size_of::<PriorCellV1>() == 40);
-
-impl Wire for PriorRequestV1 {
-    const NAME: &'static str = "hop.PriorRequest.v1";
-}
-
-impl Wire for PriorPageV1 {
-    const NAME: &'static str = "hop.PriorPage.v1";
-}
-
-impl Wire for PriorCellV1 {
-    const NAME: &'static str = "hop.PriorCell.v1";
-}
-
-impl From<&PriorRequest> for PriorRequestV1 {
-    fn from(request: &PriorRequest) -> Self {
-        Self { run: run_to_wire(request.run), from: request.from, reserved: 0 }
+wire! {
+    /// Asks for the prior from an index on.
+    pub struct PriorRequestV1 = "hop.PriorRequest.v1", 24 bytes, refused as "prior" {
+        /// Run whose prior is wanted.
+        run: [u64; 2] = RUN,
+        /// First index wanted; beyond the grid there is nothing.
+        from: u32 = ANY,
+        reserved: u32,
     }
+    of PriorRequest { run, from }
 }
 
-impl TryFrom<&PriorRequestV1> for PriorRequest {
-    type Error = Refusal;
-
-    fn try_from(wire: &PriorRequestV1) -> Result<Self, Refusal> {
-        Ok(Self { run: run_from_wire(wire.run), from: wire.from })
+wire! {
+    /// Which run's prior follows, its lattice, and where on it; the payload is its cells.
+    pub struct PriorPageV1 = "hop.PriorPage.v1", 40 bytes, refused as "prior" {
+        /// Run it belongs to.
+        run: [u64; 2] = RUN,
+        /// Edge of a cell, metres.
+        cell_size_m: f64 = CELL_SIZE => "prior.grid",
+        /// Columns.
+        width: u32 = GRID_SIDE => "prior.grid",
+        /// Rows.
+        height: u32 = GRID_SIDE => "prior.grid",
+        /// Cells that one hop spans.
+        hop_cells: u32 = HOP_CELLS => "prior.grid",
+        /// Index of the first cell; beyond the grid there is none.
+        from: u32 = ANY,
     }
-}
-
-impl From<&PriorCell> for PriorCellV1 {
-    fn from(cell: &PriorCell) -> Self {
-        Self { probabilities: cell.speeds.probabilities(), height_m: cell.height_m }
+    of PriorPage { run, grid, from, cells }
+    to_wire {
+        let Grid { width, height, cell_size_m, hop_cells } = grid;
     }
-}
-
-impl TryFrom<&PriorCellV1> for PriorCell {
-    type Error = Refusal;
-
-    fn try_from(wire: &PriorCellV1) -> Result<Self, Refusal> {
-        let speeds = SpeedPrior::new(wire.probabilities)?;
-        Ok(Self { speeds, height_m: length("prior.height_m", wire.height_m)? })
+    from_wire(wire) {
+        let grid = grid_from_wire("prior.grid", [width, height], cell_size_m, hop_cells)?;
+        let most = PRIOR_PAGE_CELLS.min(grid.cells().saturating_sub(from as usize));
+        cells_at_most("prior.cells", most, cells)?;
+        let cells = cells.iter().map(PriorCell::try_from).collect::<Result<_, _>>()?;
     }
+    /// The page of a copied answer.
+    ///
+    /// # Errors
+    /// If the lattice is out of bounds, there are too many cells, the probabilities of one do not add up, or its height
+    /// is out of range.
+    pub fn prior_page_from_wire(cells: &[PriorCellV1]);
 }
 
-impl From<&PriorPage> for PriorPageV1 {
-    fn from(page: &PriorPage) -> Self {
-        Self {
-            run: run_to_wire(page.run),
-            cell_size_m: page.grid.cell_size_m,
-            width: page.grid.width,
-            height: page.grid.height,
-            hop_cells: page.grid.hop_cells,
-            from: page.from,
-        }
+wire! {
+    /// What is known of one cell.
+    pub struct PriorCellV1 = "hop.PriorCell.v1", 40 bytes, refused as "prior" {
+        /// Probabilities of 0, 50, 150 and 200 m/Sol.
+        probabilities: [f64; 4] = by_hand("each 0 to 1, and 1 in all"),
+        /// Height at the middle of the cell, metres.
+        height_m: f64 = LENGTH,
     }
-}
-
-/// The page of a copied answer.
-///
-/// # Errors
-/// If the lattice is out of bounds, there are too many cells, the probabilities of one do not add up, or its height
-/// is out of range.
-pub fn prior_page_from_wire(header: &PriorPageV1, cells: &[PriorCellV1]) -> Result<PriorPage, Refusal> {
-    let size = [header.width, header.height];
-    let grid = grid_from_wire("prior.grid", size, header.cell_size_m, header.hop_cells)?;
-    let most = PRIOR_PAGE_CELLS.min(grid.cells().saturating_sub(header.from as usize));
-    at_most("prior.cells", most, cells)?;
-    let cells = cells.iter().map(PriorCell::try_from).collect::<Result<_, _>>()?;
-    Ok(PriorPage { run: run_from_wire(header.run), grid, from: header.from, cells })
+    of PriorCell { speeds, height_m }
+    to_wire {
+        let probabilities = &speeds.probabilities();
+    }
+    from_wire(wire) {
+        let speeds = SpeedPrior::new(probabilities)?;
+    }
 }
 
 fixed_payload!(PriorRequest => PriorRequestV1);

@@ -1,126 +1,76 @@
 //! `hop/rN/route` and `hop/routes`.
 
-use bytemuck::{Pod, Zeroable};
-
-use super::{Wire, robot_from_wire, run_from_wire, run_to_wire};
+use super::codec::{ANY, FINITE, ROBOT, RUN, joint};
+use super::declaration::wire;
 use crate::limits::ROUTE_POINTS_MAX;
 use crate::message::{Capacity, Message, PublishSubscribe, Request, RequestResponse};
 use crate::{Announcement, Refusal, Role, Route, RouteId, RoutePage, RouteRequest, Waypoint, fixed_payload};
 
-/// Header of an announcement; the payload is its points.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
-pub struct AnnouncementV1 {
-    pub run: [u64; 2],
-    pub robot: u32,
-    pub reserved: u32,
-}
-
-/// A point, metres.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub struct WaypointV1 {
-    pub x_m: f64,
-    pub y_m: f64,
-}
-
-/// Asks for the points of a route.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
-pub struct RouteRequestV1 {
-    pub run: [u64; 2],
-    pub id: u64,
-}
-
-/// Header of an answer; the payload is the points.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
-pub struct RoutePageV1 {
-    pub run: [u64; 2],
-}
-
-const _: () = assert!(size_of::<AnnouncementV1>() == 24);
-const _: () = assert!(size_of::<WaypointV1>() == 16);
-const _: () = assert!(size_of::<RouteRequestV1>() == 24);
-const _: () = assert!(size_of::<RoutePageV1>() == 16);
-
-impl Wire for AnnouncementV1 {
-    const NAME: &'static str = "hop.Announcement.v1";
-}
-
-impl Wire for WaypointV1 {
-    const NAME: &'static str = "hop.Waypoint.v1";
-}
-
-impl Wire for RouteRequestV1 {
-    const NAME: &'static str = "hop.RouteRequest.v1";
-}
-
-impl Wire for RoutePageV1 {
-    const NAME: &'static str = "hop.RoutePage.v1";
-}
-
-impl From<&Waypoint> for WaypointV1 {
-    fn from(point: &Waypoint) -> Self {
-        Self { x_m: point.x_m, y_m: point.y_m }
+wire! {
+    /// Header of an announcement; the payload is its points.
+    pub struct AnnouncementV1 = "hop.Announcement.v1", 24 bytes, refused as "route" {
+        /// Run that is meant.
+        run: [u64; 2] = RUN,
+        /// Robot that shall take the route.
+        robot: u32 = ROBOT,
+        reserved: u32,
     }
-}
-
-impl From<&Announcement> for AnnouncementV1 {
-    fn from(announcement: &Announcement) -> Self {
-        Self { run: run_to_wire(announcement.run), robot: announcement.robot.0.into(), reserved: 0 }
+    of Announcement { run, robot, route }
+    from_wire(wire) {
+        let route = route_from_wire(points)?;
     }
+    /// The announcement of a copied message.
+    ///
+    /// # Errors
+    /// If the robot cannot be, or the points are no [`Route`].
+    pub fn announcement_from_wire(points: &[WaypointV1]);
 }
 
-impl From<&RoutePage> for RoutePageV1 {
-    fn from(page: &RoutePage) -> Self {
-        Self { run: run_to_wire(page.run) }
+wire! {
+    /// A point of a route.
+    pub struct WaypointV1 = "hop.Waypoint.v1", 16 bytes, refused as "route" {
+        /// Metres to the east of the origin.
+        x_m: f64 = joint(FINITE, "a leg is at most 500 m long") => "route.waypoints",
+        /// Metres to the north of the origin.
+        y_m: f64 = joint(FINITE, "a leg is at most 500 m long") => "route.waypoints",
     }
+    of Waypoint { x_m, y_m }
 }
 
-impl From<&RouteRequest> for RouteRequestV1 {
-    fn from(request: &RouteRequest) -> Self {
-        Self { run: run_to_wire(request.run), id: request.id.0 }
+wire! {
+    /// Asks for the points of a route.
+    pub struct RouteRequestV1 = "hop.RouteRequest.v1", 24 bytes, refused as "route" {
+        /// Run that is meant.
+        run: [u64; 2] = RUN,
+        /// Fingerprint of the route, which commands and records name.
+        id: u64 = ANY,
     }
+    of RouteRequest { run, id: RouteId(id) }
 }
 
-impl TryFrom<&RouteRequestV1> for RouteRequest {
-    type Error = Refusal;
-
-    fn try_from(wire: &RouteRequestV1) -> Result<Self, Refusal> {
-        Ok(Self { run: run_from_wire(wire.run), id: RouteId(wire.id) })
+wire! {
+    /// Header of an answer; the payload is the points.
+    pub struct RoutePageV1 = "hop.RoutePage.v1", 16 bytes, refused as "route" {
+        /// Run it belongs to.
+        run: [u64; 2] = RUN,
     }
+    of RoutePage { run, route }
+    from_wire(wire) {
+        let route = route_from_wire(points)?;
+    }
+    /// The page of a copied answer.
+    ///
+    /// # Errors
+    /// If the points are no [`Route`].
+    pub fn route_page_from_wire(points: &[WaypointV1]);
 }
 
-fn route(points: &[WaypointV1]) -> Result<Route, Refusal> {
-    // Counted before they are copied.
+/// The route of these points, which are counted before they are copied.
+fn route_from_wire(points: &[WaypointV1]) -> Result<Route, Refusal> {
     if points.len() > ROUTE_POINTS_MAX {
         return Err(Refusal::malformed("route.waypoints", &format!("1 to {ROUTE_POINTS_MAX}"), points.len()));
     }
-    Route::new(points.iter().map(|point| Waypoint { x_m: point.x_m, y_m: point.y_m }).collect())
-}
-
-/// The announcement of a copied message.
-///
-/// # Errors
-/// If the robot cannot be, or the points are no [`Route`].
-pub fn announcement_from_wire(
-    header: &AnnouncementV1,
-    points: &[WaypointV1],
-) -> Result<Announcement, Refusal> {
-    Ok(Announcement {
-        run: run_from_wire(header.run),
-        robot: robot_from_wire(header.robot)?,
-        route: route(points)?,
-    })
-}
-
-/// The page of a copied answer.
-///
-/// # Errors
-/// If the points are no [`Route`].
-pub fn route_page_from_wire(header: &RoutePageV1, points: &[WaypointV1]) -> Result<RoutePage, Refusal> {
-    Ok(RoutePage { run: run_from_wire(header.run), route: route(points)? })
+    Route::new(points.iter().map(Waypoint::try_from).collect::<Result<_, _>>()?)
 }
 
 /// The wire form of a header and the points of `route`, which has its own rules for them.

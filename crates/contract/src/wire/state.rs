@@ -1,110 +1,83 @@
 //! `hop/rN/state`.
 
-use bytemuck::{Pod, Zeroable};
+use bytemuck::Zeroable;
 
 use crate::Role;
 use crate::fixed_payload;
 
-use super::{
-    LeaderV1, OutcomeV1, PoseV1, Wire, collected, counted, robot_from_wire, run_from_wire, run_to_wire,
-    steps, tag, timing_from_wire, timing_to_wire, vetoed,
+use super::codec::{
+    ACTION_MARKS, ANY, COUNTED, MOMENTS, ROBOT, RUN, STEPS, TREASURE_MARKS, by_hand, part, tag,
 };
+use super::declaration::wire;
+use super::{LeaderV1, OutcomeV1, PoseV1};
 use crate::message::{Message, PublishSubscribe};
-use crate::{Decision, Digest, MonotonicNs, Origin, Refusal, State, Status};
+use crate::{Collected, Decision, Digest, Leader, MonotonicNs, Origin, Pose, State, Status, Vetoed};
 
-/// The state at one decision.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub struct StateV4 {
-    pub run: [u64; 2],
-    pub decision: u64,
-    /// Steps so far, in the paper's count.
-    pub steps: u64,
-    /// Goals visited so far.
-    pub visits: u64,
-    /// Hopper at rest, monotonic nanoseconds.
-    pub landed_ns: u64,
-    /// Message published, monotonic nanoseconds.
-    pub published_ns: u64,
-    pub robot: u32,
-    /// [`Status::code`].
-    pub status: u32,
-    /// Treasures collected, one bit each.
-    pub collected: u32,
-    /// Actions vetoed at this decision, one bit each.
-    pub vetoed: u32,
-    /// Who chose the last action: [`Origin::code`].
-    pub last_origin: u32,
-    /// Actions vetoed before it, one bit each.
-    pub last_vetoed: u32,
-    pub leader: LeaderV1,
-    /// Where the hopper is.
-    pub pose: PoseV1,
-    /// Last outcome; all zero at decision 0.
-    pub last: OutcomeV1,
-    /// Chained SHA-256.
-    pub digest: [u8; 32],
-    /// The digest before the last decision; all zero at decision 0.
-    pub previous: [u8; 32],
-    /// Moments of the last decision, monotonic nanoseconds.
-    pub last_timing_ns: [u64; 8],
-}
-
-const _: () = assert!(size_of::<StateV4>() == 352);
-
-impl Wire for StateV4 {
-    const NAME: &'static str = "hop.State.v4";
-}
-
-impl From<&State> for StateV4 {
-    fn from(state: &State) -> Self {
-        Self {
-            run: run_to_wire(state.run),
-            decision: state.decision.0,
-            steps: state.steps,
-            visits: state.visits,
-            landed_ns: state.landed.0,
-            published_ns: state.published.0,
-            robot: u32::from(state.robot.0),
-            status: state.status.code(),
-            collected: state.collected.0,
-            vetoed: state.vetoed.0,
-            last_origin: state.last_origin.code(),
-            last_vetoed: state.last_vetoed.0,
-            leader: (&state.leader).into(),
-            pose: (&state.pose).into(),
-            last: state.last.as_ref().map_or_else(OutcomeV1::zeroed, OutcomeV1::from),
-            digest: state.digest.0,
-            previous: state.previous.0,
-            last_timing_ns: timing_to_wire(&state.last_timing),
-        }
+wire! {
+    /// The state at one decision.
+    pub struct StateV4 = "hop.State.v4", 352 bytes, refused as "state" {
+        /// Run it belongs to.
+        run: [u64; 2] = RUN,
+        /// Decision that is due.
+        decision: u64 = COUNTED,
+        /// Steps so far, in the paper's count.
+        steps: u64 = STEPS,
+        /// Goals visited so far.
+        visits: u64 = COUNTED,
+        /// Hopper at rest, monotonic nanoseconds.
+        landed_ns: u64 = ANY,
+        /// Message published, monotonic nanoseconds.
+        published_ns: u64 = ANY,
+        /// Robot that took the last decision.
+        robot: u32 = ROBOT,
+        /// How the mission stands.
+        status: u32 = tag(Status::code, Status::from_code),
+        /// Treasures collected, one bit each.
+        collected: u32 = TREASURE_MARKS,
+        /// Actions vetoed at this decision, one bit each.
+        vetoed: u32 = ACTION_MARKS,
+        /// Who chose the last action.
+        last_origin: u32 = tag(Origin::code, Origin::from_code),
+        /// Actions vetoed before the last action, one bit each.
+        last_vetoed: u32 = ACTION_MARKS,
+        /// Who commands.
+        leader: LeaderV1 = part::<Leader>(),
+        /// Where the hopper is.
+        pose: PoseV1 = part::<Pose>(),
+        /// Last outcome; all zero at decision 0.
+        last: OutcomeV1 = by_hand("as `hop.Outcome.v1`; not read at decision 0"),
+        /// Chained SHA-256 of everything executed.
+        digest: [u8; 32] = ANY,
+        /// Digest before the last decision; all zero at decision 0.
+        previous: [u8; 32] = ANY,
+        /// Moments of the last decision, monotonic nanoseconds.
+        last_timing_ns: [u64; 8] = MOMENTS,
     }
-}
-
-impl TryFrom<&StateV4> for State {
-    type Error = Refusal;
-
-    fn try_from(wire: &StateV4) -> Result<Self, Refusal> {
-        Ok(Self {
-            run: run_from_wire(wire.run),
-            robot: robot_from_wire(wire.robot)?,
-            decision: Decision(counted("state.decision", wire.decision)?),
-            steps: steps("state.steps", wire.steps)?,
-            visits: counted("state.visits", wire.visits)?,
-            status: tag("state.status", wire.status, Status::from_code)?,
-            leader: (&wire.leader).try_into()?,
-            pose: (&wire.pose).try_into()?,
-            collected: collected("state.collected", wire.collected)?,
-            vetoed: vetoed("state.vetoed", wire.vetoed)?,
-            last: if wire.decision == 0 { None } else { Some((&wire.last).try_into()?) },
-            last_origin: tag("state.last_origin", wire.last_origin, Origin::from_code)?,
-            last_vetoed: vetoed("state.last_vetoed", wire.last_vetoed)?,
-            digest: Digest(wire.digest),
-            previous: Digest(wire.previous),
-            landed: MonotonicNs(wire.landed_ns),
-            published: MonotonicNs(wire.published_ns),
-            last_timing: timing_from_wire(wire.last_timing_ns),
-        })
+    of State {
+        run,
+        robot,
+        decision: Decision(decision),
+        steps,
+        visits,
+        status,
+        leader,
+        pose,
+        collected: Collected(collected),
+        vetoed: Vetoed(vetoed),
+        last,
+        last_origin,
+        last_vetoed: Vetoed(last_vetoed),
+        previous: Digest(previous),
+        digest: Digest(digest),
+        landed: MonotonicNs(landed_ns),
+        published: MonotonicNs(published_ns),
+        last_timing: last_timing_ns,
+    }
+    to_wire {
+        let last = &last.as_ref().map_or_else(OutcomeV1::zeroed, OutcomeV1::from);
+    }
+    from_wire(wire) {
+        let last = if decision == 0 { None } else { Some((&last).try_into()?) };
     }
 }
 

@@ -1,229 +1,267 @@
 //! Header and cell of `hop/team`.
 
-use bytemuck::{Pod, Zeroable};
+use bytemuck::Zeroable;
 
-use super::{
-    LeaderV1, Wire, cell_from_wire, cell_to_wire, counted, flag, float, length, robot_from_wire,
-    run_from_wire, run_to_wire, tag,
+use super::LeaderV1;
+use super::codec::{
+    ANY, CELL, COUNTED, Codec, DISTANCE, Ends, FLAG, Float, LENGTH, PROBABILITY, ROBOT, RUN, Tag, Whole,
+    at_most, by_hand, float, joint, part, tag, unknown_tag, whole,
 };
+use super::declaration::wire;
 use crate::limits::{LENGTH_MAX_M, ROBOTS_MAX, ROUTE_POINTS_MAX};
 use crate::message::{Capacity, Message, PublishSubscribe};
 use crate::protocol::team::{Member, Placement, Robot, Sensor, Standing, Team, Travel, Vehicle};
-use crate::{Decision, Digest, Direction, Refusal, RobotId, Role, RouteId, Scout, Waypoint, slice_payload};
+use crate::{
+    Decision, Digest, Direction, Leader, Refusal, RobotId, Role, RouteId, Scout, Waypoint, slice_payload,
+};
 
-/// Fastest vehicle that is believed, m/s.
-const SPEED_MAX_MPS: f64 = 1.0e3;
+/// A speed, m/s: from 0.1 mm a Sol to what is faster than any vehicle.
+const SPEED: Float = float(1.0e-9, 1.0e3);
 
-/// Slowest vehicle that is believed, m/s: 0.1 mm a Sol.
-const SPEED_MIN_MPS: f64 = 1.0e-9;
+/// How far a camera sees, metres.
+const RADIUS: Float = float(f64::MIN_POSITIVE, Sensor::RADIUS_MAX_M);
 
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
-pub struct TeamHeaderV1 {
-    pub run: [u64; 2],
-    pub decision: u64,
-    pub digest: [u8; 32],
-    pub due: u32,
-    /// Number of the robot that took the last decision, plus 1; 0 at decision 0.
-    pub actor: u32,
-}
+/// How far a sensor of square view sees, cells.
+const SQUARE: Whole = whole(1, Sensor::RANGE_MAX_CELLS as u64);
 
-/// A robot; its number is its place in the message. Points are (x, y) in metres.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub struct MemberV5 {
-    pub leader: LeaderV1,
-    /// Ready to act, nanoseconds of simulated time.
-    pub ready_at_ns: u64,
-    /// Its last decision plus 1; 0 before its first.
-    pub last: u64,
-    /// Speed of a rover (1) or a helicopter, m/s; not read of other vehicles.
-    pub speed_mps: f64,
-    /// 1 rover, 2 driver, 3 helicopter, 4 hopper, 5 hopper with a goal of its own. What follows up to `waits` is read of 2 and 3 only.
-    pub vehicle: u32,
-    /// 1 square, 2 track, 3 camera, 4 disc, 5 camera that errs.
-    pub sensor: u32,
-    /// How far a square sensor sees, cells; not read of other sensors.
-    pub range_cells: u32,
-    /// [`Standing::code`].
-    pub standing: u32,
-    /// Start (x, y), cells.
-    pub start: [i32; 2],
-    /// Now (x, y), cells.
-    pub cell: [i32; 2],
-    /// Goal (x, y) of a hopper that has its own, cells.
-    pub goal: [i32; 2],
-    /// Heading at the start: 0 north, 1 east, 2 south, 3 west.
-    pub start_heading: u32,
-    /// Heading now: 0 north, 1 east, 2 south, 3 west.
-    pub heading: u32,
-    /// Start (x, y) of a driver or a helicopter; not read of other vehicles.
-    pub start_m: [f64; 2],
-    /// Goal (x, y) of a driver; not read of other vehicles.
-    pub goal_m: [f64; 2],
-    /// How near to its goal a driver is done, metres; not read of other vehicles.
-    pub goal_radius_m: f64,
-    /// How far a helicopter may fly, metres; not read of other vehicles.
-    pub budget_m: f64,
-    /// How far a camera sees, metres; not read of other sensors.
-    pub radius_m: f64,
-    /// Share of readings that are right, of a camera that errs; not read of other sensors.
-    pub accuracy: f64,
-    /// Where it is.
-    pub at_m: [f64; 2],
-    /// Fingerprint of its route; 0 for none.
-    pub route: u64,
-    /// The decision by which it announced its route plus 1; 0 for none.
-    pub announced: u64,
-    /// Its last drive or flight plus 1; 0 before its first.
-    pub moved: u64,
-    pub flown_m: f64,
-    pub reached: u32,
-    pub legs: u32,
-    /// 1 if it waits.
-    pub waits: u32,
-    /// Drives that the end of a stage cut short.
-    pub halts: u32,
-    /// The last decision whose drive the end of a stage cut short, plus 1; 0 for none.
-    pub halted: u64,
-}
+/// Where a robot faces.
+const HEADING: Tag<Direction> =
+    tag(|heading| heading as u32, |code| Direction::ALL.get(code as usize).copied());
 
-const _: () = assert!(size_of::<TeamHeaderV1>() == 64);
-const _: () = assert!(size_of::<MemberV5>() == 264);
+/// The length of all flights of a stage, metres: there and back over the longest distance.
+const FLOWN: Float = float(0.0, 2.0 * LENGTH_MAX_M);
 
-impl Wire for TeamHeaderV1 {
-    const NAME: &'static str = "hop.TeamHeader.v1";
-}
+/// A decision as its number plus 1.
+struct PlusOne;
 
-impl Wire for MemberV5 {
-    const NAME: &'static str = "hop.Member.v5";
-}
+/// A decision as its number plus 1, so that 0 stands for none.
+const PLUS_ONE: PlusOne = PlusOne;
 
-impl From<&Team> for TeamHeaderV1 {
-    fn from(team: &Team) -> Self {
-        Self {
-            run: run_to_wire(team.run),
-            decision: team.decision.0,
-            digest: team.digest.0,
-            due: team.due.0.into(),
-            actor: team.actor.map_or(0, |actor| u32::from(actor.0) + 1),
-        }
+impl Codec<u64> for PlusOne {
+    type Value = Option<Decision>;
+
+    fn to_wire(&self, decision: &Option<Decision>) -> u64 {
+        decision.map_or(0, |decision| decision.0 + 1)
+    }
+
+    fn from_wire(&self, field: &str, wire: u64) -> Result<Option<Decision>, Refusal> {
+        Ok(COUNTED.from_wire(field, wire)?.checked_sub(1).map(Decision))
+    }
+
+    fn range(&self) -> String {
+        format!("{}: the decision plus 1, 0 for none", Codec::<u64>::range(&COUNTED))
+    }
+
+    fn ends(&self) -> Ends<u64> {
+        COUNTED.ends()
     }
 }
 
-impl From<&Member> for MemberV5 {
-    fn from(member: &Member) -> Self {
-        let Robot { vehicle, sensor, start } = member.robot;
-        let mut wire = Self {
-            leader: (&member.leader).into(),
-            ready_at_ns: member.ready_at_ns,
-            last: plus_one(member.last),
-            standing: member.standing.code(),
-            waits: member.waits.into(),
-            start: cell_to_wire(start.cell),
-            cell: cell_to_wire(member.at.cell),
-            start_heading: start.heading as u32,
-            heading: member.at.heading as u32,
-            ..Self::zeroed()
+wire! {
+    /// Which moment it is of, and whose turn it is; the payload is the robots.
+    pub struct TeamHeaderV1 = "hop.TeamHeader.v1", 64 bytes, refused as "team" {
+        /// Run it belongs to.
+        run: [u64; 2] = RUN,
+        /// Decision that is due.
+        decision: u64 = COUNTED,
+        /// Digest of the state that it was published with.
+        digest: [u8; 32] = ANY,
+        /// Robot that acts next.
+        due: u32 = by_hand("below the number of robots"),
+        /// Number of the robot that took the last decision, plus 1; 0 at decision 0.
+        actor: u32 = by_hand("at most the number of robots"),
+    }
+    of Team { run, decision: Decision(decision), digest: Digest(digest), due, actor, members }
+    to_wire {
+        let due = &ROBOT.to_wire(due);
+        let actor = &actor.map_or(0, |actor| u32::from(actor.0) + 1);
+    }
+    from_wire(wire) {
+        let robots = members.len();
+        if !(1..=ROBOTS_MAX).contains(&robots) {
+            return Err(Refusal::malformed("team.members", &format!("1 to {ROBOTS_MAX}"), robots));
+        }
+        let known = |robot: u32| {
+            if (robot as usize) < robots {
+                Ok(RobotId(robot as u16))
+            } else {
+                Err(Refusal::WrongRobot { robots: robots as u16, got: robot })
+            }
         };
-        match vehicle {
-            Vehicle::Rover { speed_mps } => (wire.vehicle, wire.speed_mps) = (1, speed_mps),
-            Vehicle::Driver { start, goal, goal_radius_m } => {
-                (wire.vehicle, wire.start_m) = (2, point_to_wire(start));
-                (wire.goal_m, wire.goal_radius_m) = (point_to_wire(goal), goal_radius_m);
-            }
-            Vehicle::Helicopter { start, speed_mps, budget_m } => {
-                (wire.vehicle, wire.start_m) = (3, point_to_wire(start));
-                (wire.speed_mps, wire.budget_m) = (speed_mps, budget_m);
-            }
-            Vehicle::Hopper => wire.vehicle = 4,
-            Vehicle::HopperTo { goal } => (wire.vehicle, wire.goal) = (5, cell_to_wire(goal)),
-        }
-        match sensor {
-            Sensor::Square { range_cells } => (wire.sensor, wire.range_cells) = (1, range_cells),
-            Sensor::Track => wire.sensor = 2,
-            Sensor::Camera { radius_m } => (wire.sensor, wire.radius_m) = (3, radius_m),
-            Sensor::Disc => wire.sensor = 4,
-            Sensor::ErringCamera { radius_m, accuracy } => {
-                (wire.sensor, wire.radius_m, wire.accuracy) = (5, radius_m, accuracy);
-            }
-        }
-        if let Some(travel) = &member.travel {
-            wire.at_m = point_to_wire(travel.at);
-            wire.route = travel.route.map_or(0, |route| route.0);
-            (wire.announced, wire.moved) = (plus_one(travel.announced), plus_one(travel.moved));
-            (wire.reached, wire.legs) = (travel.reached, travel.legs);
-            (wire.halts, wire.halted) = (travel.halts, plus_one(travel.halted));
-            wire.flown_m = travel.flown_m;
-        }
-        wire
+        let due = known(due)?;
+        let actor = actor.checked_sub(1).map(known).transpose()?;
+        let members = members.iter().map(Member::try_from).collect::<Result<_, _>>()?;
     }
+    /// The team of a copied message.
+    ///
+    /// # Errors
+    /// If there is no robot or there are too many, one is malformed, or the header names one that is not there.
+    pub fn team_from_wire(members: &[MemberV5]);
 }
 
-impl TryFrom<&MemberV5> for Member {
-    type Error = Refusal;
-
-    fn try_from(wire: &MemberV5) -> Result<Self, Refusal> {
+wire! {
+    /// A robot; its number is its place in the message. Points are (x, y) in metres.
+    pub struct MemberV5 = "hop.Member.v5", 264 bytes, refused as "member" {
+        /// Who commands it.
+        leader: LeaderV1 = part::<Leader>(),
+        /// Ready to act, nanoseconds of simulated time.
+        ready_at_ns: u64 = ANY,
+        /// Its last decision.
+        last: u64 = PLUS_ONE,
+        /// Speed of a rover or a helicopter, m/s.
+        speed_mps: f64 = joint(SPEED, "read with `vehicle` 1 and 3"),
+        /// 1 rover, 2 driver, 3 helicopter, 4 hopper, 5 hopper with a goal of its own.
+        vehicle: u32 = joint(whole(1, 5), "says which other fields are read"),
+        /// 1 square, 2 track, 3 camera, 4 disc, 5 camera that errs.
+        sensor: u32 = joint(whole(1, 5), "says which other fields are read"),
+        /// How far a square reaches, cells.
+        range_cells: u32 = joint(SQUARE, "read with `sensor` 1"),
+        /// Whether it takes turns.
+        standing: u32 = tag(Standing::code, Standing::from_code),
+        /// Start (x, y), cells.
+        start: [i32; 2] = CELL,
+        /// Now (x, y), cells.
+        cell: [i32; 2] = CELL,
+        /// Goal (x, y) of a hopper that has its own, cells.
+        goal: [i32; 2] = joint(CELL, "read with `vehicle` 5"),
+        /// Where it faced at the start.
+        start_heading: u32 = HEADING => "member.start",
+        /// Where it faces now.
+        heading: u32 = HEADING => "member.cell",
+        /// Start of a driver or a helicopter.
+        start_m: [f64; 2] = joint(LENGTH, "read with `vehicle` 2 and 3"),
+        /// Goal of a driver.
+        goal_m: [f64; 2] = joint(LENGTH, "read with `vehicle` 2"),
+        /// How near to the goal is near enough for a driver, metres.
+        goal_radius_m: f64 = joint(DISTANCE, "read with `vehicle` 2"),
+        /// How far a helicopter flies in all, metres.
+        budget_m: f64 = joint(DISTANCE, "read with `vehicle` 3"),
+        /// How far a camera sees, metres.
+        radius_m: f64 = joint(RADIUS, "read with `sensor` 3 and 5"),
+        /// Probability that a camera that errs reads the true speed.
+        accuracy: f64 = joint(PROBABILITY, "read with `sensor` 5"),
+        /// Where a driver or a helicopter is.
+        at_m: [f64; 2] = joint(LENGTH, "read with `vehicle` 2 and 3"),
+        /// Fingerprint of the route of a driver or a helicopter; 0 for none.
+        route: u64 = by_hand("any; read with `vehicle` 2 and 3"),
+        /// The decision by which a driver or a helicopter announced its route.
+        announced: u64 = joint(PLUS_ONE, "read with `vehicle` 2 and 3"),
+        /// The last drive of a driver or flight of a helicopter.
+        moved: u64 = joint(PLUS_ONE, "read with `vehicle` 2 and 3"),
+        /// Length of the flights of a helicopter in this stage, metres.
+        flown_m: f64 = joint(FLOWN, "read with `vehicle` 2 and 3"),
+        /// Points of its route that a driver or a helicopter has reached after the first.
+        reached: u32 = by_hand("at most `legs`; read with `vehicle` 2 and 3"),
+        /// Points of the route of a driver or a helicopter after the first.
+        legs: u32 = joint(at_most(ROUTE_POINTS_MAX as u64 - 1), "read with `vehicle` 2 and 3"),
+        /// 1 if it waits for another robot to act.
+        waits: u32 = FLAG,
+        /// Drives that the end of a stage cut short.
+        halts: u32 = joint(at_most(Scout::STAGES_MAX as u64 - 1), "read with `vehicle` 2 and 3"),
+        /// The last drive that the end of a stage cut short.
+        halted: u64 = joint(PLUS_ONE, "none without `halts`; read with `vehicle` 2 and 3"),
+    }
+    of Member {
+        robot: Robot { vehicle, sensor, start: Placement { cell: start, heading: start_heading } },
+        at: Placement { cell, heading },
+        ready_at_ns,
+        standing,
+        waits,
+        leader,
+        last,
+        travel,
+    }
+    to_wire {
+        let mut sum = MemberV5::zeroed();
+        vehicle_to_wire(vehicle, &mut sum);
+        sensor_to_wire(sensor, &mut sum);
+        if let Some(travel) = travel {
+            travel_to_wire(travel, &mut sum);
+        }
+        let MemberV5 {
+            vehicle, goal, start_m, goal_m, goal_radius_m, speed_mps, budget_m, sensor, range_cells, radius_m,
+            accuracy, at_m, route, announced, moved, flown_m, reached, legs, halts, halted, ..
+        } = &sum;
+    }
+    from_wire(wire) {
         let vehicle = vehicle_from_wire(wire)?;
-        let placement = |field: &str, cell, heading| -> Result<Placement, Refusal> {
-            let heading = tag(field, heading, |code| Direction::ALL.get(code as usize).copied())?;
-            Ok(Placement { cell: cell_from_wire(field, cell)?, heading })
-        };
-        Ok(Self {
-            robot: Robot {
-                vehicle,
-                sensor: sensor_from_wire(wire)?,
-                start: placement("member.start", wire.start, wire.start_heading)?,
-            },
-            at: placement("member.cell", wire.cell, wire.heading)?,
-            ready_at_ns: wire.ready_at_ns,
-            standing: tag("member.standing", wire.standing, Standing::from_code)?,
-            waits: flag("member.waits", wire.waits)?,
-            leader: (&wire.leader).try_into()?,
-            last: decision("member.last", wire.last)?,
-            travel: vehicle.start().map(|_| travel_from_wire(wire)).transpose()?,
-        })
+        let sensor = sensor_from_wire(wire)?;
+        let travel = vehicle.start().map(|_| travel_from_wire(wire)).transpose()?;
+    }
+}
+
+fn vehicle_to_wire(vehicle: &Vehicle, wire: &mut MemberV5) {
+    match *vehicle {
+        Vehicle::Rover { speed_mps } => (wire.vehicle, wire.speed_mps) = (1, speed_mps),
+        Vehicle::Driver { start, goal, goal_radius_m } => {
+            (wire.vehicle, wire.start_m) = (2, [start.x_m, start.y_m]);
+            (wire.goal_m, wire.goal_radius_m) = ([goal.x_m, goal.y_m], goal_radius_m);
+        }
+        Vehicle::Helicopter { start, speed_mps, budget_m } => {
+            (wire.vehicle, wire.start_m) = (3, [start.x_m, start.y_m]);
+            (wire.speed_mps, wire.budget_m) = (speed_mps, budget_m);
+        }
+        Vehicle::Hopper => wire.vehicle = 4,
+        Vehicle::HopperTo { goal } => (wire.vehicle, wire.goal) = (5, CELL.to_wire(&goal)),
     }
 }
 
 fn vehicle_from_wire(wire: &MemberV5) -> Result<Vehicle, Refusal> {
-    let speed = || float("member.speed_mps", wire.speed_mps, SPEED_MIN_MPS, SPEED_MAX_MPS);
+    let start = || point("member.start_m", wire.start_m);
+    let speed_mps = || SPEED.from_wire("member.speed_mps", wire.speed_mps);
     Ok(match wire.vehicle {
-        1 => Vehicle::Rover { speed_mps: speed()? },
+        1 => Vehicle::Rover { speed_mps: speed_mps()? },
         2 => Vehicle::Driver {
-            start: point("member.start_m", wire.start_m)?,
+            start: start()?,
             goal: point("member.goal_m", wire.goal_m)?,
-            goal_radius_m: float("member.goal_radius_m", wire.goal_radius_m, 0.0, LENGTH_MAX_M)?,
+            goal_radius_m: DISTANCE.from_wire("member.goal_radius_m", wire.goal_radius_m)?,
         },
         3 => Vehicle::Helicopter {
-            start: point("member.start_m", wire.start_m)?,
-            speed_mps: speed()?,
-            budget_m: float("member.budget_m", wire.budget_m, 0.0, LENGTH_MAX_M)?,
+            start: start()?,
+            speed_mps: speed_mps()?,
+            budget_m: DISTANCE.from_wire("member.budget_m", wire.budget_m)?,
         },
         4 => Vehicle::Hopper,
-        5 => Vehicle::HopperTo { goal: cell_from_wire("member.goal", wire.goal)? },
-        other => return Err(Refusal::malformed("member.vehicle", "a known tag", other)),
+        5 => Vehicle::HopperTo { goal: CELL.from_wire("member.goal", wire.goal)? },
+        other => return Err(unknown_tag("member.vehicle", other)),
     })
 }
 
-fn sensor_from_wire(wire: &MemberV5) -> Result<Sensor, Refusal> {
-    let MemberV5 { range_cells, accuracy, .. } = *wire;
-    let radius_m = || float("member.radius_m", wire.radius_m, f64::MIN_POSITIVE, Sensor::RADIUS_MAX_M);
-    match wire.sensor {
-        1 if (1..=Sensor::RANGE_MAX_CELLS).contains(&range_cells) => Ok(Sensor::Square { range_cells }),
-        1 => {
-            let need = format!("1 to {}", Sensor::RANGE_MAX_CELLS);
-            Err(Refusal::malformed("member.range_cells", &need, range_cells))
+fn sensor_to_wire(sensor: &Sensor, wire: &mut MemberV5) {
+    match *sensor {
+        Sensor::Square { range_cells } => (wire.sensor, wire.range_cells) = (1, range_cells),
+        Sensor::Track => wire.sensor = 2,
+        Sensor::Camera { radius_m } => (wire.sensor, wire.radius_m) = (3, radius_m),
+        Sensor::Disc => wire.sensor = 4,
+        Sensor::ErringCamera { radius_m, accuracy } => {
+            (wire.sensor, wire.radius_m, wire.accuracy) = (5, radius_m, accuracy);
         }
-        2 => Ok(Sensor::Track),
-        3 => Ok(Sensor::Camera { radius_m: radius_m()? }),
-        4 => Ok(Sensor::Disc),
-        5 => {
-            let accuracy = float("member.accuracy", accuracy, 0.0, 1.0)?;
-            Ok(Sensor::ErringCamera { radius_m: radius_m()?, accuracy })
-        }
-        other => Err(Refusal::malformed("member.sensor", "a known tag", other)),
     }
+}
+
+fn sensor_from_wire(wire: &MemberV5) -> Result<Sensor, Refusal> {
+    let radius_m = || RADIUS.from_wire("member.radius_m", wire.radius_m);
+    Ok(match wire.sensor {
+        1 => Sensor::Square { range_cells: SQUARE.from_wire("member.range_cells", wire.range_cells)? },
+        2 => Sensor::Track,
+        3 => Sensor::Camera { radius_m: radius_m()? },
+        4 => Sensor::Disc,
+        5 => Sensor::ErringCamera {
+            accuracy: PROBABILITY.from_wire("member.accuracy", wire.accuracy)?,
+            radius_m: radius_m()?,
+        },
+        other => return Err(unknown_tag("member.sensor", other)),
+    })
+}
+
+fn travel_to_wire(travel: &Travel, wire: &mut MemberV5) {
+    wire.at_m = [travel.at.x_m, travel.at.y_m];
+    wire.route = travel.route.map_or(0, |route| route.0);
+    wire.announced = PLUS_ONE.to_wire(&travel.announced);
+    wire.moved = PLUS_ONE.to_wire(&travel.moved);
+    (wire.reached, wire.legs) = (travel.reached, travel.legs);
+    (wire.halts, wire.halted) = (travel.halts, PLUS_ONE.to_wire(&travel.halted));
+    wire.flown_m = travel.flown_m;
 }
 
 fn travel_from_wire(wire: &MemberV5) -> Result<Travel, Refusal> {
@@ -232,7 +270,7 @@ fn travel_from_wire(wire: &MemberV5) -> Result<Travel, Refusal> {
         let need = format!("reached up to legs, and those below {ROUTE_POINTS_MAX}");
         return Err(Refusal::malformed("member.legs", &need, format!("{reached} of {legs}")));
     }
-    let halted = decision("member.halted", wire.halted)?;
+    let halted = PLUS_ONE.from_wire("member.halted", wire.halted)?;
     if (halts > 0) != halted.is_some() || halts >= Scout::STAGES_MAX {
         let need = format!("below {}, and 0 if none has halted it", Scout::STAGES_MAX);
         return Err(Refusal::malformed("member.halts", &need, halts));
@@ -240,54 +278,19 @@ fn travel_from_wire(wire: &MemberV5) -> Result<Travel, Refusal> {
     Ok(Travel {
         at: point("member.at_m", wire.at_m)?,
         route: (wire.route != 0).then_some(RouteId(wire.route)),
-        announced: decision("member.announced", wire.announced)?,
+        announced: PLUS_ONE.from_wire("member.announced", wire.announced)?,
         reached,
         legs,
-        moved: decision("member.moved", wire.moved)?,
+        moved: PLUS_ONE.from_wire("member.moved", wire.moved)?,
         halts,
         halted,
-        flown_m: float("member.flown_m", wire.flown_m, 0.0, 2.0 * LENGTH_MAX_M)?,
+        flown_m: FLOWN.from_wire("member.flown_m", wire.flown_m)?,
     })
 }
 
-fn point(field: &str, [x_m, y_m]: [f64; 2]) -> Result<Waypoint, Refusal> {
-    Ok(Waypoint { x_m: length(field, x_m)?, y_m: length(field, y_m)? })
-}
-
-fn point_to_wire(point: Waypoint) -> [f64; 2] {
-    [point.x_m, point.y_m]
-}
-
-/// A decision as its number plus 1, so that 0 stands for none.
-fn plus_one(decision: Option<Decision>) -> u64 {
-    decision.map_or(0, |decision| decision.0 + 1)
-}
-
-fn decision(field: &str, wire: u64) -> Result<Option<Decision>, Refusal> {
-    Ok(counted(field, wire)?.checked_sub(1).map(Decision))
-}
-
-/// The team of a copied message.
-///
-/// # Errors
-/// If there is no robot or there are too many, one is malformed, or the header names one that is not there.
-pub fn team_from_wire(header: &TeamHeaderV1, members: &[MemberV5]) -> Result<Team, Refusal> {
-    if !(1..=ROBOTS_MAX).contains(&members.len()) {
-        return Err(Refusal::malformed("team.members", &format!("1 to {ROBOTS_MAX}"), members.len()));
-    }
-    let known = |robot: u32| -> Result<RobotId, Refusal> {
-        let there = (robot as usize) < members.len();
-        let unknown = Refusal::WrongRobot { robots: members.len() as u16, got: robot };
-        if there { robot_from_wire(robot) } else { Err(unknown) }
-    };
-    Ok(Team {
-        run: run_from_wire(header.run),
-        decision: Decision(counted("team.decision", header.decision)?),
-        digest: Digest(header.digest),
-        due: known(header.due)?,
-        actor: header.actor.checked_sub(1).map(known).transpose()?,
-        members: members.iter().map(Member::try_from).collect::<Result<_, _>>()?,
-    })
+fn point(field: &str, wire: [f64; 2]) -> Result<Waypoint, Refusal> {
+    let [x_m, y_m] = LENGTH.from_wire(field, wire)?;
+    Ok(Waypoint { x_m, y_m })
 }
 
 slice_payload!(Team => TeamHeaderV1, MemberV5, members, team_from_wire);

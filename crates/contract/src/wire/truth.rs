@@ -1,101 +1,68 @@
 //! `truth/terrain`: request and header; the payload is one [`super::GroundV2`] per cell.
 
-use bytemuck::{Pod, Zeroable};
-
 use crate::Role;
 use crate::{fixed_payload, slice_payload};
 
+use super::codec::{ANY, RUN};
+use super::declaration::wire;
 use super::{
-    GroundV2, Wire, at_most, grid_from_wire, run_from_wire, run_to_wire, treasures_from_wire,
-    treasures_to_wire,
+    CELL_SIZE, GRID_SIDE, GroundV2, HOP_CELLS, TREASURE_COUNT, TREASURES, cells_at_most, grid_from_wire,
+    treasures_from_wire, treasures_to_wire,
 };
 use crate::limits::{TREASURES_MAX, TRUTH_PAGE_CELLS};
 use crate::message::{Request, RequestResponse};
-use crate::{Ground, Refusal, TruthPage, TruthRequest};
+use crate::{Grid, Ground, TruthPage, TruthRequest};
 
-/// Asks for the truth from an index on.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
-pub struct TruthRequestV1 {
-    pub run: [u64; 2],
-    pub from: u32,
-    pub reserved: u32,
-}
-
-/// Which run's ground follows, its lattice, and where on it.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub struct TruthPageV1 {
-    pub run: [u64; 2],
-    /// Edge of a cell, metres.
-    pub cell_size_m: f64,
-    pub width: u32,
-    pub height: u32,
-    /// Cells that one hop spans.
-    pub hop_cells: u32,
-    /// Index of the first cell.
-    pub from: u32,
-    /// Treasures anywhere on the lattice.
-    pub treasure_count: u32,
-    pub reserved: u32,
-    /// Their cells (x, y) in index order; zero beyond the count.
-    pub treasures: [[i32; 2]; TREASURES_MAX],
-}
-
-const _: () = assert!(size_of::<TruthRequestV1>() == 24);
-const _: () = assert!(size_of::<TruthPageV1>() == 176);
-
-impl Wire for TruthRequestV1 {
-    const NAME: &'static str = "hop.TruthRequest.v1";
-}
-
-impl Wire for TruthPageV1 {
-    const NAME: &'static str = "hop.TruthPage.v1";
-}
-
-impl From<&TruthRequest> for TruthRequestV1 {
-    fn from(request: &TruthRequest) -> Self {
-        Self { run: run_to_wire(request.run), from: request.from, reserved: 0 }
+wire! {
+    /// Asks for the truth from an index on.
+    pub struct TruthRequestV1 = "hop.TruthRequest.v1", 24 bytes, refused as "truth" {
+        /// Run whose ground is wanted.
+        run: [u64; 2] = RUN,
+        /// First index wanted; beyond the grid there is nothing.
+        from: u32 = ANY,
+        reserved: u32,
     }
+    of TruthRequest { run, from }
 }
 
-impl TryFrom<&TruthRequestV1> for TruthRequest {
-    type Error = Refusal;
-
-    fn try_from(wire: &TruthRequestV1) -> Result<Self, Refusal> {
-        Ok(Self { run: run_from_wire(wire.run), from: wire.from })
+wire! {
+    /// Which run's ground follows, its lattice, and where on it; the payload is its cells.
+    pub struct TruthPageV1 = "hop.TruthPage.v1", 176 bytes, refused as "truth" {
+        /// Run it belongs to.
+        run: [u64; 2] = RUN,
+        /// Edge of a cell, metres.
+        cell_size_m: f64 = CELL_SIZE => "truth.grid",
+        /// Columns.
+        width: u32 = GRID_SIDE => "truth.grid",
+        /// Rows.
+        height: u32 = GRID_SIDE => "truth.grid",
+        /// Cells that one hop spans.
+        hop_cells: u32 = HOP_CELLS => "truth.grid",
+        /// Index of the first cell; beyond the grid there is none.
+        from: u32 = ANY,
+        /// Treasures anywhere on the lattice.
+        treasure_count: u32 = TREASURE_COUNT => "truth.treasures",
+        reserved: u32,
+        /// Cells (x, y) of these treasures; zero beyond their number.
+        treasures: [[i32; 2]; TREASURES_MAX] = TREASURES,
     }
-}
-
-impl From<&TruthPage> for TruthPageV1 {
-    fn from(page: &TruthPage) -> Self {
-        let (treasure_count, treasures) = treasures_to_wire(&page.treasures);
-        Self {
-            run: run_to_wire(page.run),
-            cell_size_m: page.grid.cell_size_m,
-            width: page.grid.width,
-            height: page.grid.height,
-            hop_cells: page.grid.hop_cells,
-            from: page.from,
-            treasure_count,
-            reserved: 0,
-            treasures,
-        }
+    of TruthPage { run, grid, from, cells, treasures }
+    to_wire {
+        let Grid { width, height, cell_size_m, hop_cells } = grid;
+        let (treasure_count, treasures) = &treasures_to_wire(treasures);
     }
-}
-
-/// The page of a copied answer.
-///
-/// # Errors
-/// If the lattice is out of bounds, there are too many cells, or one is out of range.
-pub fn truth_page_from_wire(header: &TruthPageV1, cells: &[GroundV2]) -> Result<TruthPage, Refusal> {
-    let size = [header.width, header.height];
-    let grid = grid_from_wire("truth.grid", size, header.cell_size_m, header.hop_cells)?;
-    let most = TRUTH_PAGE_CELLS.min(grid.cells().saturating_sub(header.from as usize));
-    at_most("truth.cells", most, cells)?;
-    let cells = cells.iter().map(Ground::try_from).collect::<Result<_, _>>()?;
-    let treasures = treasures_from_wire("truth.treasures", &grid, header.treasure_count, &header.treasures)?;
-    Ok(TruthPage { run: run_from_wire(header.run), grid, from: header.from, cells, treasures })
+    from_wire(wire) {
+        let grid = grid_from_wire("truth.grid", [width, height], cell_size_m, hop_cells)?;
+        let most = TRUTH_PAGE_CELLS.min(grid.cells().saturating_sub(from as usize));
+        cells_at_most("truth.cells", most, cells)?;
+        let cells = cells.iter().map(Ground::try_from).collect::<Result<_, _>>()?;
+        let treasures = treasures_from_wire("truth.treasures", &grid, treasure_count, &treasures)?;
+    }
+    /// The page of a copied answer.
+    ///
+    /// # Errors
+    /// If the lattice is out of bounds, there are too many cells, or one is out of range.
+    pub fn truth_page_from_wire(cells: &[GroundV2]);
 }
 
 fixed_payload!(TruthRequest => TruthRequestV1);
