@@ -29,7 +29,7 @@ impl HopTeam {
     #[must_use]
     pub fn new(roster: &Roster, brief: &Brief) -> Self {
         let starts = roster.entries().map(|(_, entry)| entry.robot.vehicle.start());
-        Self { travels: Travels::new(brief, starts), grid: brief.grid }
+        Self { travels: Travels::new(starts), grid: brief.grid }
     }
 
     /// How far the helicopters are on their routes.

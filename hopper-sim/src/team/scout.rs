@@ -63,7 +63,7 @@ impl ScoutTeam {
     #[must_use]
     pub fn new(roster: &Roster, brief: &Brief, terrain: &Terrain) -> Self {
         assert_eq!(terrain.prior.len(), terrain.cells.len(), "uncertain ground has a prior for each cell");
-        let travels = Travels::new(brief, roster.entries().map(|(_, entry)| entry.robot.vehicle.start()));
+        let travels = Travels::new(roster.entries().map(|(_, entry)| entry.robot.vehicle.start()));
         let ground =
             TrueGround::new(brief.grid, &terrain.cells).expect("a grid is within the limits of a lattice");
         let mut accuracies = roster.entries().filter_map(|(_, entry)| entry.robot.sensor.accuracy());
