@@ -249,7 +249,7 @@ impl Watcher {
             return Vec::new();
         }
         let was_whole = mission.missing() == 0;
-        if mission.past.is_contradicted_by(&state) {
+        if mission.past.is_contradicted_by(&state) && !mission.past.is_late(&state) {
             mission.begin_anew();
         }
         mission.state = Some(state);

@@ -8,61 +8,27 @@
 //! Patches are numbered as a function of the poses alone: a cartographer that began anew goes on where the
 //! one before it ended.
 
+mod effect;
+mod event;
+
 use std::sync::Arc;
 
 use contract::limits::{MAP_PAGE_CELLS, MAP_PAGE_SPAN, MAP_PATCH_CELLS};
 use contract::{
-    Brief, Cell, Decision, Digest, MapPage, MapPatch, MapRequest, MonotonicNs, ObservedMap, PastPage,
-    PastRequest, Pose, Record, Refusal, Robot, RobotId, RoutePage, RouteRequest, RunId, SeenCell, Sensor,
-    State, Status, Team, TruthPage, TruthRequest,
+    Brief, Cell, Decision, Digest, MapPage, MapPatch, MapRequest, MonotonicNs, ObservedMap, PastPage, Pose,
+    Record, Robot, RobotId, RunId, SeenCell, Sensor, State, Status, Team, TruthPage,
 };
 use follow::{Heard, Link, Mission, PastFollower, TruthFollower};
 use terrain::Terrain;
+
+pub use effect::Effect;
+pub use event::Event;
 
 use crate::sensing::around;
 use crate::{Observation, Tracks};
 
 /// While the hopper stands still, a reminder is published after this long, for whoever missed the last patch.
 pub const REPUBLISH_NS: u64 = 100_000_000;
-
-/// A message that came in, or the passing of time.
-#[derive(Clone, Debug)]
-#[allow(clippy::large_enum_variant, reason = "an event is made, taken, and gone")]
-pub enum Event {
-    /// The brief; another than before drops all that was known.
-    Brief(Brief),
-    /// The terrain of a run, whole.
-    Terrain(RunId, Arc<Terrain>),
-    /// A page of the terrain that was asked for.
-    Truth(TruthPage),
-    /// The state.
-    State(State),
-    /// The robots of a mission that is not a single hopper's.
-    Team(Team),
-    /// Records that were asked for.
-    Past(PastPage),
-    /// A route that was asked for.
-    Route(RoutePage),
-    /// Time passes.
-    Tick,
-}
-
-/// What perception wants done.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Effect {
-    /// Ask for the past.
-    RequestPast(PastRequest),
-    /// Ask for the terrain.
-    RequestTruth(TruthRequest),
-    /// Ask for the points of a route.
-    RequestRoute(RouteRequest),
-    /// Publish [`Cartographer::patches`].
-    PublishMap,
-    /// A message was refused.
-    Refused(Refusal),
-    /// The mission is over and its last map is out.
-    Finished(Status),
-}
 
 /// Folds poses into the observed map of a mission.
 #[derive(Debug)]

@@ -48,12 +48,18 @@ impl PastFollower {
         self.timeline.digest().is_some()
     }
 
-    /// Whether `state` proves that what is folded is not in the journal. A late state proves nothing: records may have
-    /// brought decisions after it.
+    /// Whether `state` proves that what is folded is not in the journal. For a reader that folds records beyond its state
+    /// it does so only if it is not late: [`PastFollower::is_late`].
     #[must_use]
     pub fn is_contradicted_by(&self, state: &State) -> bool {
-        let is_late = state.decision < self.due() && state.published <= self.committed;
-        self.timeline.is_contradicted_by(state) && !is_late
+        self.timeline.is_contradicted_by(state)
+    }
+
+    /// Whether records may have brought decisions after `state`, so that it is no news. To be asked only by a reader that
+    /// folds records beyond its state: stamps of before a reboot are later than those after it.
+    #[must_use]
+    pub fn is_late(&self, state: &State) -> bool {
+        state.decision < self.due() && state.published <= self.committed
     }
 
     /// Whether `state` tells of the decision that is due: fold it, then [`PastFollower::fold_state`].
@@ -204,12 +210,13 @@ mod tests {
     }
 
     #[test]
-    fn a_late_state_contradicts_nothing_and_a_later_one_of_a_lower_decision_does() {
+    fn a_late_state_is_told_from_one_of_a_journal_that_has_lost_its_tail() {
         let records = journal(Digest([1; 32]), 3);
         let past = followed(&records);
         let state =
             |record: &Record, published| record.state_after(RUN, MonotonicNs(0), MonotonicNs(published));
-        assert!(!past.is_contradicted_by(&state(&records[1], 250)), "decision 2 was executed at 300");
+        assert!(past.is_late(&state(&records[1], 250)), "decision 2 was executed at 300");
+        assert!(!past.is_late(&state(&records[1], 350)) && !past.is_late(&state(&records[2], 250)));
         assert!(past.is_contradicted_by(&state(&records[1], 350)));
         assert!(!past.is_contradicted_by(&state(&records[2], 350)));
     }

@@ -377,7 +377,8 @@ impl RunHistory {
 
     /// Whether `state` proves that hops of this history are no longer in the journal.
     fn is_contradicted_by(&self, state: &State) -> bool {
-        state.is_news(self.brief.robots, self.state.as_ref()) && self.past.is_contradicted_by(state)
+        let is_news = state.is_news(self.brief.robots, self.state.as_ref()) && !self.past.is_late(state);
+        is_news && self.past.is_contradicted_by(state)
     }
 
     fn state(&mut self, state: &State) {
