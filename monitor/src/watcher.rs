@@ -8,9 +8,10 @@ use std::collections::BTreeMap;
 
 use contract::protocol::peer_table::SILENCE_NS;
 use contract::{
-    Brief, Decision, Heartbeat, MapPatch, Member, MonotonicNs, PageCursor, PastPage, PastRequest, PeerTable,
-    Refusal, RefusalCounts, RobotId, RobotSet, Role, RunId, State, Status, Team, Timeline,
+    Brief, Decision, Heartbeat, MapPatch, Member, MonotonicNs, PastPage, PastRequest, PeerTable, Refusal,
+    RefusalCounts, RobotId, RobotSet, Role, RunId, State, Status, Team,
 };
+use follow::{Link, PastFollower};
 use report::{Executed, LatencyReport, Tally};
 
 use crate::progress::{Health, Progress, Pulse, TeamMeasure};
@@ -75,15 +76,11 @@ pub struct Watcher {
 struct Mission {
     brief: Brief,
     tally: Tally,
-    /// Where the last decision of the tally stands in the digest chain.
-    timeline: Timeline,
-    /// Whether a record came that does not continue the tally.
-    doubted: bool,
+    /// The decisions of the tally, and those that are missing.
+    past: PastFollower,
     state: Option<State>,
     /// As last published; empty where there is a single hopper.
     robots: Vec<Member>,
-    /// The records that are missing.
-    past: PageCursor,
     coverage: Option<f64>,
     mapped: Option<Decision>,
     /// When its end was first heard of.
@@ -223,11 +220,9 @@ impl Watcher {
         self.mission = Some(Mission {
             brief,
             tally: Tally::new(&brief),
-            timeline: Timeline::default(),
-            doubted: false,
+            past: PastFollower::default(),
             state: None,
             robots: Vec::new(),
-            past: PageCursor::default(),
             coverage: None,
             mapped: None,
             ended: None,
@@ -250,19 +245,19 @@ impl Watcher {
         let Some(mission) = self.mission.as_mut().filter(|mission| mission.brief.run == state.run) else {
             return Vec::new();
         };
-        if state.robot.0 >= mission.brief.robots
-            || mission.state.is_some_and(|known| state.is_older_than(&known))
-        {
+        if !state.is_news(mission.brief.robots, mission.state.as_ref()) {
             return Vec::new();
         }
         let was_whole = mission.missing() == 0;
-        if mission.timeline.is_contradicted_by(&state) && !mission.is_ahead_of(&state) {
+        if mission.past.is_contradicted_by(&state) && !mission.past.is_late(&state) {
             mission.begin_anew();
         }
         mission.state = Some(state);
-        if let Some(executed) = Executed::before(&state).filter(|next| next.decision == mission.tally.due()) {
+        if mission.past.is_next(&state)
+            && let Some(executed) = Executed::before(&state)
+        {
             mission.tally.fold(&executed);
-            mission.timeline = Timeline::through(&state);
+            mission.past.fold_state(&state);
         }
         let mut effects = Vec::new();
         // A gap is asked for when it opens, then at the ticks.
@@ -296,27 +291,24 @@ impl Watcher {
         let due = mission.tally.due();
         let robots = mission.brief.robots;
         for record in page.records.iter().filter(|record| record.robot.0 < robots) {
-            let is_last = mission.tally.last.is_some_and(|last| last.decision == record.decision);
-            if mission.doubted && is_last && mission.timeline.is_not_after(record) {
-                // The journal was flown on elsewhere.
-                mission.begin_anew();
-                break;
+            match mission.past.link(record) {
+                Link::Next => {
+                    mission.tally.fold(&Executed::from(record));
+                    mission.past.fold(record);
+                }
+                Link::Apart => {}
+                Link::Broken => {
+                    let need = mission.tally.last.map_or_else(String::new, |last| {
+                        format!("{} of decision {}", last.digest, last.decision)
+                    });
+                    mission.refusals.count(&Refusal::malformed("past.previous", &need, record.previous));
+                    break;
+                }
+                Link::Void => {
+                    mission.begin_anew();
+                    break;
+                }
             }
-            if record.decision != mission.tally.due() {
-                continue;
-            }
-            if mission.timeline.is_broken_by(record) {
-                // Either this record is wrong or the tally: the record before it decides.
-                let need = mission.tally.last.map_or_else(String::new, |last| {
-                    format!("{} of decision {}", last.digest, last.decision)
-                });
-                mission.refusals.count(&Refusal::malformed("past.previous", &need, record.previous));
-                mission.doubted = true;
-                break;
-            }
-            mission.doubted = false;
-            mission.tally.fold(&Executed::from(record));
-            mission.timeline.fold(record);
         }
         // An answer without news is asked for again at a later tick, not at once.
         let mut effects = Vec::new();
@@ -415,17 +407,8 @@ impl Mission {
     /// Drops the decisions of a past that is no longer the journal's.
     fn begin_anew(&mut self) {
         self.tally = Tally::new(&self.brief);
-        self.timeline = Timeline::default();
-        self.past = PageCursor::default();
-        (self.ended, self.finished, self.doubted) = (None, false, false);
-    }
-
-    /// Whether `state` is late: published before the last decision of the tally was executed.
-    fn is_ahead_of(&self, state: &State) -> bool {
-        match self.tally.last {
-            Some(last) if state.decision < self.tally.due() => state.published <= last.timing.committed,
-            _ => false,
-        }
+        self.past = PastFollower::default();
+        (self.ended, self.finished) = (None, false);
     }
 
     /// Where the hopper is known to stand: the state or, where the past is ahead of it, the tally.
@@ -455,8 +438,6 @@ impl Mission {
     }
 
     fn request(&mut self, robot: RobotId, now: MonotonicNs) -> Option<Effect> {
-        self.past.advance_to(self.tally.due().0.saturating_sub(u64::from(self.doubted)));
-        let from = Decision(self.past.ask(now)?);
-        Some(Effect::RequestPast(PastRequest { run: self.brief.run, robot, from }))
+        self.past.ask(self.brief.run, robot, now).map(Effect::RequestPast)
     }
 }

@@ -8,15 +8,21 @@
 //! Patches are numbered as a function of the poses alone: a cartographer that began anew goes on where the
 //! one before it ended.
 
+mod effect;
+mod event;
+
 use std::sync::Arc;
 
 use contract::limits::{MAP_PAGE_CELLS, MAP_PAGE_SPAN, MAP_PATCH_CELLS};
 use contract::{
-    Brief, Cell, Decision, Digest, MapPage, MapPatch, MapRequest, MonotonicNs, ObservedMap, PageCursor,
-    PastPage, PastRequest, Pose, Record, Refusal, Robot, RobotId, RoutePage, RouteRequest, RunId, SeenCell,
-    Sensor, State, Status, Team, Timeline, TruthGathering, TruthPage, TruthRequest,
+    Brief, Cell, Decision, Digest, MapPage, MapPatch, MapRequest, MonotonicNs, ObservedMap, PastPage, Pose,
+    Record, Robot, RobotId, RunId, SeenCell, Sensor, State, Status, Team, TruthPage,
 };
+use follow::{Heard, Link, Mission, PastFollower, TruthFollower};
 use terrain::Terrain;
+
+pub use effect::Effect;
+pub use event::Event;
 
 use crate::sensing::around;
 use crate::{Observation, Tracks};
@@ -24,68 +30,26 @@ use crate::{Observation, Tracks};
 /// While the hopper stands still, a reminder is published after this long, for whoever missed the last patch.
 pub const REPUBLISH_NS: u64 = 100_000_000;
 
-/// A message that came in, or the passing of time.
-#[derive(Clone, Debug)]
-#[allow(clippy::large_enum_variant, reason = "an event is made, taken, and gone")]
-pub enum Event {
-    /// The brief; another than before drops all that was known.
-    Brief(Brief),
-    /// The terrain of a run, whole.
-    Terrain(RunId, Arc<Terrain>),
-    /// A page of the terrain that was asked for.
-    Truth(TruthPage),
-    /// The state.
-    State(State),
-    /// The robots of a mission that is not a single hopper's.
-    Team(Team),
-    /// Records that were asked for.
-    Past(PastPage),
-    /// A route that was asked for.
-    Route(RoutePage),
-    /// Time passes.
-    Tick,
-}
-
-/// What perception wants done.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Effect {
-    /// Ask for the past.
-    RequestPast(PastRequest),
-    /// Ask for the terrain.
-    RequestTruth(TruthRequest),
-    /// Ask for the points of a route.
-    RequestRoute(RouteRequest),
-    /// Publish [`Cartographer::patches`].
-    PublishMap,
-    /// A message was refused.
-    Refused(Refusal),
-    /// The mission is over and its last map is out.
-    Finished(Status),
-}
-
 /// Folds poses into the observed map of a mission.
 #[derive(Debug)]
 pub struct Cartographer {
     robot: RobotId,
     /// Most cells of a patch.
     patch_cells: usize,
-    brief: Option<Brief>,
+    mission: Mission,
     /// The robots of a run that is not a single hopper's.
     robots: Option<(RunId, Vec<Robot>)>,
     /// The robot whose pose was folded in last.
     actor: RobotId,
     terrain: Option<(RunId, Arc<Terrain>)>,
-    gathering: TruthGathering,
-    state: Option<State>,
+    truth: TruthFollower,
     observation: Option<Observation>,
     /// Where robots are that go from point to point.
     tracks: Tracks,
     /// Poses 0..folded are in the map.
     folded: u64,
-    /// Where the last pose in the map stands in the digest chain.
-    timeline: Timeline,
-    /// The records of the past that are missing.
-    past: PageCursor,
+    /// Which decisions led to those poses, and what is missing of the past.
+    past: PastFollower,
     /// The decision whose landing is published; its map has its moment of sensing.
     stamped: Option<Decision>,
     published: Option<MonotonicNs>,
@@ -99,17 +63,15 @@ impl Cartographer {
         Self {
             robot,
             patch_cells: MAP_PATCH_CELLS,
-            brief: None,
+            mission: Mission::default(),
             robots: None,
             actor: robot,
             terrain: None,
-            gathering: TruthGathering::default(),
-            state: None,
+            truth: TruthFollower::default(),
             observation: None,
             tracks: Tracks::default(),
             folded: 0,
-            timeline: Timeline::default(),
-            past: PageCursor::default(),
+            past: PastFollower::default(),
             stamped: None,
             published: None,
             finished: false,
@@ -136,17 +98,13 @@ impl Cartographer {
             Event::Brief(brief) => self.brief(brief),
             Event::Terrain(run, terrain) => {
                 self.terrain = Some((run, terrain));
-                self.gathering = TruthGathering::default();
+                self.truth = TruthFollower::default();
             }
             // By reference: a state is large, and copied once.
             Event::State(ref state) => {
-                let robots = self.brief.as_ref().map_or(1, |brief| brief.robots);
-                if state.robot.0 >= robots
-                    || self.state.as_ref().is_some_and(|known| state.is_older_than(known))
-                {
+                if self.mission.hear_state(state) == Heard::Nothing {
                     return Vec::new();
                 }
-                self.state = Some(*state);
             }
             Event::Team(team) => {
                 if !self.team(&team) {
@@ -159,7 +117,7 @@ impl Cartographer {
                     return Vec::new();
                 }
                 // The record that needs it may be asked for at once.
-                self.past = PageCursor::default();
+                self.past.end_pause();
             }
             Event::Truth(page) => return self.truth(page, now),
             Event::Tick => return self.tick(now),
@@ -280,7 +238,7 @@ impl Cartographer {
     /// The run, decision and status last seen, for the heartbeat. A run is known once its terrain is.
     #[must_use]
     pub fn seen(&self) -> (RunId, Decision, Status) {
-        match (&self.state, self.current()) {
+        match (self.mission.state(), self.current()) {
             (Some(state), true) => (state.run, state.decision, state.status),
             _ => (self.grounded().unwrap_or_default(), Decision(0), Status::Underway),
         }
@@ -289,13 +247,13 @@ impl Cartographer {
     /// What is missing, if anything.
     #[must_use]
     pub fn waits_for(&self) -> Option<&'static str> {
-        if self.brief.is_none() {
+        if self.mission.brief().is_none() {
             Some("hopper-sim: no brief yet")
         } else if self.terrain.is_none() {
             Some("hopper-sim: no terrain yet")
         } else if !self.knows_robots() {
             Some("hopper-sim: no robots yet")
-        } else if self.state.is_none() {
+        } else if self.mission.state().is_none() {
             Some("hopper-sim: no state yet")
         } else if !self.current() {
             Some("hopper-sim: brief, terrain and state of one run")
@@ -308,11 +266,9 @@ impl Cartographer {
 
     fn brief(&mut self, brief: Brief) {
         // Another brief of the same run is somebody's error; the map of the one is none of the other.
-        let news = self.brief != Some(brief);
-        self.brief = Some(brief);
-        if news {
+        if self.mission.hear_brief(brief) != Some(brief) {
             if self.terrain.as_ref().is_none_or(|(run, _)| *run != brief.run) {
-                self.gathering.begin(brief.run);
+                self.truth.begin(brief.run);
             }
             self.forget();
         }
@@ -329,7 +285,7 @@ impl Cartographer {
 
     /// Whether the robots of the brief's run are known, if it needs any.
     fn knows_robots(&self) -> bool {
-        self.brief.as_ref().is_some_and(|brief| {
+        self.mission.brief().is_some_and(|brief| {
             let of_brief = |(run, robots): &(RunId, Vec<Robot>)| {
                 *run == brief.run && robots.len() == usize::from(brief.robots)
             };
@@ -338,26 +294,25 @@ impl Cartographer {
     }
 
     fn truth(&mut self, page: TruthPage, now: MonotonicNs) -> Vec<Effect> {
-        match self.gathering.page(page) {
+        match self.truth.page(page) {
             Ok(Some(truth)) => {
                 let (grid, cells, treasures) = (truth.grid, truth.cells, truth.treasures);
                 let terrain = Terrain { grid, cells, treasures, prior: Vec::new() };
                 self.terrain = Some((truth.run, terrain.into()));
                 self.advance(now)
             }
-            Ok(None) => self.gathering.ask(now).map(Effect::RequestTruth).into_iter().collect(),
+            Ok(None) => self.truth.ask(now).map(Effect::RequestTruth).into_iter().collect(),
             Err(refusal) => vec![Effect::Refused(refusal)],
         }
     }
 
     /// Begins the map of the brief's run anew.
     fn forget(&mut self) {
-        let unseen = |brief| Observation::unseen(&brief, self.robot).cut_to(self.patch_cells);
-        self.observation = self.brief.map(unseen);
+        let unseen = |brief| Observation::unseen(brief, self.robot).cut_to(self.patch_cells);
+        self.observation = self.mission.brief().map(unseen);
         self.tracks.forget();
         self.folded = 0;
-        self.timeline = Timeline::default();
-        self.past = PageCursor::default();
+        self.past = PastFollower::default();
         self.stamped = None;
         self.published = None;
         self.finished = false;
@@ -365,25 +320,25 @@ impl Cartographer {
 
     /// The run of which both brief and terrain are known.
     fn grounded(&self) -> Option<RunId> {
-        let (brief, (run, terrain)) = (self.brief.as_ref()?, self.terrain.as_ref()?);
+        let (brief, (run, terrain)) = (self.mission.brief()?, self.terrain.as_ref()?);
         (brief.run == *run && terrain.grid == brief.grid).then_some(*run)
     }
 
     /// Whether brief, terrain and state belong to one run, whose robots are known.
     fn current(&self) -> bool {
-        self.knows_robots() && self.state.as_ref().is_some_and(|state| self.grounded() == Some(state.run))
+        self.knows_robots() && self.mission.state().is_some_and(|state| self.grounded() == Some(state.run))
     }
 
     /// Whether the map covers the state's pose.
     fn caught_up(&self) -> bool {
-        self.current() && self.state.as_ref().is_some_and(|state| self.folded == state.decision.0 + 1)
+        self.current() && self.mission.state().is_some_and(|state| self.folded == state.decision.0 + 1)
     }
 
     /// Folds in what `robot` sees once it is at `pose`; at first, what all see from their starts. Of robots other than the
     /// hopper that `has_moved` counts too: it is a visit.
     fn fold(&mut self, robot: RobotId, pose: Pose, has_moved: bool, digest: Digest) {
         let (Some(brief), Some((_, terrain)), Some(observation)) =
-            (&self.brief, &self.terrain, &mut self.observation)
+            (self.mission.brief(), &self.terrain, &mut self.observation)
         else {
             return;
         };
@@ -410,13 +365,13 @@ impl Cartographer {
     /// Whether robots go from point to point. What they see then follows from the points, which only records have: the map is
     /// a fold over records alone, also of what a hopper among them sees.
     fn has_tracks(&self) -> bool {
-        self.brief.as_ref().is_some_and(Brief::has_routes)
+        self.mission.brief().is_some_and(Brief::has_routes)
     }
 
     /// Folds in what all see from their starts.
     fn fold_track_starts(&mut self, digest: Digest) {
         let (Some(brief), Some((_, terrain)), Some((_, robots)), Some(observation)) =
-            (&self.brief, &self.terrain, &self.robots, &mut self.observation)
+            (self.mission.brief(), &self.terrain, &self.robots, &mut self.observation)
         else {
             return;
         };
@@ -442,7 +397,7 @@ impl Cartographer {
     /// Folds in a record; false if the points of a route are missing, which is then asked for.
     fn fold_track(&mut self, record: &Record) -> bool {
         let (Some(brief), Some((_, terrain)), Some(observation)) =
-            (&self.brief, &self.terrain, &mut self.observation)
+            (self.mission.brief(), &self.terrain, &mut self.observation)
         else {
             return false;
         };
@@ -474,7 +429,7 @@ impl Cartographer {
             let is_start = state.decision == Decision(0);
             self.fold_track_starts(if is_start { state.digest } else { Digest::default() });
             if is_start {
-                self.timeline = Timeline::through(state);
+                self.past.fold_state(state);
             }
         }
         if self.folded == state.decision.0 + 1 {
@@ -497,10 +452,10 @@ impl Cartographer {
         if !self.current() {
             return Vec::new();
         }
-        let Some(state) = self.state else { return Vec::new() };
+        let Some(&state) = self.mission.state() else { return Vec::new() };
         // A start that was folded for a later state has no digest yet, and this state may be its own.
-        let is_start_without_digest = self.timeline == Timeline::default() && state.decision == Decision(0);
-        if self.folded > 0 && (self.timeline.is_contradicted_by(&state) || is_start_without_digest) {
+        let is_start_without_digest = !self.past.knows_its_past() && state.decision == Decision(0);
+        if self.folded > 0 && (self.past.is_contradicted_by(&state) || is_start_without_digest) {
             // The journal has lost its tail, or was flown on elsewhere.
             self.forget();
         }
@@ -516,7 +471,7 @@ impl Cartographer {
         if self.folded == state.decision.0 {
             let has_moved = state.last.is_some_and(|outcome| outcome.from != outcome.to);
             self.fold(state.robot, state.pose, has_moved, state.digest);
-            self.timeline = Timeline::through(&state);
+            self.past.fold_state(&state);
             self.published = Some(now);
             let mut effects = vec![Effect::PublishMap];
             effects.extend(self.finish(state));
@@ -530,7 +485,7 @@ impl Cartographer {
         if self.folded > 0 {
             return;
         }
-        let (Some(brief), Some((_, terrain))) = (&self.brief, &self.terrain) else { return };
+        let (Some(brief), Some((_, terrain))) = (self.mission.brief(), &self.terrain) else { return };
         let height_m = terrain.ground(brief.start).map_or(0.0, |ground| ground.height_m);
         // The start's digest comes with a state only, and no map of it is published before.
         self.fold(self.robot, Pose { cell: brief.start, height_m }, false, Digest::default());
@@ -538,43 +493,42 @@ impl Cartographer {
 
     /// Asks for the records whose poses are missing: record k leads to pose k + 1, and the brief has pose 0.
     fn request(&mut self, run: RunId, now: MonotonicNs) -> Option<Effect> {
-        self.past.advance_to(self.folded.saturating_sub(1));
-        let from = Decision(self.past.ask(now)?);
-        Some(Effect::RequestPast(PastRequest { run, robot: self.robot, from }))
+        self.past.ask(run, self.robot, now).map(Effect::RequestPast)
     }
 
     fn past(&mut self, page: &PastPage, now: MonotonicNs) -> Vec<Effect> {
-        let Some(state) = self.state.filter(|state| self.current() && state.run == page.run) else {
-            return Vec::new();
-        };
-        if page.robot != self.robot || self.caught_up() {
+        let Some(&state) = self.mission.state() else { return Vec::new() };
+        let is_wanted = self.current() && (page.run, page.robot) == (state.run, self.robot);
+        if !is_wanted || self.caught_up() {
             return Vec::new();
         }
         let folded = self.folded;
         for record in &page.records {
             // Record k leads to pose k + 1; the state brings its own pose, but not the points of a way.
             let last = if self.has_tracks() { state.decision.0 } else { state.decision.0.saturating_sub(1) };
-            if record.decision.0 + 1 != self.folded || self.folded > last {
+            if self.folded == 0 || self.folded > last {
                 continue;
             }
-            if self.timeline.is_broken_by(record) {
-                // The map holds poses of another past. It is built anew, after a pause: the page may be an old one.
-                self.forget();
-                self.past.restart(now);
-                return Vec::new();
+            match self.past.link(record) {
+                Link::Next => {}
+                Link::Apart => continue,
+                Link::Broken => return Vec::new(),
+                Link::Void => {
+                    self.forget();
+                    return Vec::new();
+                }
             }
             if self.has_tracks() {
                 if !self.fold_track(record) {
                     return self.advance(now);
                 }
-                self.timeline.fold(record);
-                continue;
+            } else {
+                let Record { robot, pose, outcome, digest, .. } = *record;
+                self.fold(robot, pose, outcome.from != outcome.to, digest);
             }
-            let Record { robot, pose, outcome, digest, .. } = *record;
-            self.fold(robot, pose, outcome.from != outcome.to, digest);
-            self.timeline.fold(record);
+            self.past.fold(record);
         }
-        if self.has_tracks() && self.caught_up() && !self.timeline.is_contradicted_by(&state) {
+        if self.has_tracks() && self.caught_up() && !self.past.is_contradicted_by(&state) {
             return self.publish_tracks(&state, now);
         }
         // What an answer without news left open is asked for again later, not at once.
@@ -590,7 +544,7 @@ impl Cartographer {
     }
 
     fn tick(&mut self, now: MonotonicNs) -> Vec<Effect> {
-        if let Some(request) = self.gathering.ask(now) {
+        if let Some(request) = self.truth.ask(now) {
             return vec![Effect::RequestTruth(request)];
         }
         if !self.caught_up() {

@@ -1,6 +1,7 @@
 //! Where robots are that go from point to point, and what they see on their way.
 
-use contract::{Action, Branch, Brief, Record, Robot, RobotId, RouteId, Routes, Sensor, Vehicle, Waypoint};
+use contract::{Action, Branch, Brief, Record, Robot, RobotId, RouteId, Sensor, Vehicle, Waypoint};
+use follow::RouteFollower;
 use scout_world::{StageClock, TrueGround};
 use terrain::Terrain;
 
@@ -11,7 +12,7 @@ pub(crate) struct Tracks {
     ground: Option<TrueGround>,
     robots: Vec<Track>,
     /// Kept whatever is forgotten: a route never changes.
-    routes: Routes,
+    routes: RouteFollower,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -31,8 +32,8 @@ impl Tracks {
         self.robots.clear();
     }
 
-    /// The routes that are known, and the one that is wanted.
-    pub fn routes(&mut self) -> &mut Routes {
+    /// The routes that are known, and the one that is needed.
+    pub fn routes(&mut self) -> &mut RouteFollower {
         &mut self.routes
     }
 
@@ -68,7 +69,7 @@ impl Tracks {
     }
 
     /// Moves the robot of a record; the cells that it sees. `None`, and nothing moves, if the points of its route are not
-    /// known: they are wanted then.
+    /// known: they are needed then.
     pub fn fold(&mut self, record: &Record) -> Option<Vec<usize>> {
         let Some(track) = self.robots.get_mut(usize::from(record.robot.0)) else { return Some(Vec::new()) };
         match record.action {
@@ -78,8 +79,8 @@ impl Tracks {
             }
             Action::Drive | Action::Fly => {
                 let Some(id) = track.route else { return Some(Vec::new()) };
-                let Some(route) = self.routes.get(id) else {
-                    self.routes.want(id);
+                let Some(route) = self.routes.known().get(id) else {
+                    self.routes.need(id);
                     return None;
                 };
                 let Some(to) = route.waypoints().get(track.reached + 1).copied() else {

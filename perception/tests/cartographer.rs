@@ -455,7 +455,10 @@ fn a_late_page_of_a_past_that_is_gone_is_not_kept() {
     assert_eq!(cartographer.on(Event::State(state), NOW), [request(0)]);
     assert_eq!(cartographer.on(Event::Past(walked.page(0, 6)), NOW), [request(6)]);
     assert_eq!(cartographer.on(Event::Past(elsewhere.page(6, 3)), NOW), [], "it does not continue");
-    assert_eq!(cartographer.on(Event::Tick, NOW.plus_ns(ASK_AGAIN_NS)), [request(0)]);
+    let again = NOW.plus_ns(ASK_AGAIN_NS);
+    assert_eq!(cartographer.on(Event::Tick, again), [request(5)], "the record before decides");
+    assert_eq!(cartographer.on(Event::Past(elsewhere.page(5, 3)), again), [], "the map is of another past");
+    assert_eq!(cartographer.on(Event::Tick, again), [request(0)]);
     catch_up(&mut cartographer, &elsewhere, state);
     assert_eq!(cartographer.map().unwrap().cells(), elsewhere.undisturbed(9).cells());
 }

@@ -7,8 +7,9 @@ use std::cell::Cell as Counter;
 
 use contract::{
     Branch, Brief, Cell, Collected, Decision, Digest, Flight, GradientSource, Grid, Ground, Leader,
-    MonotonicNs, Outcome, Pose, Replica, RobotId, RunId, State, Status, Timing,
+    MonotonicNs, Outcome, Pose, RobotId, RunId, State, Status, Timing,
 };
+use follow::Replica;
 use perception::{Cartographer, Effect, Event};
 use terrain::Terrain;
 

@@ -9,9 +9,10 @@ use contract::limits::ASK_AGAIN_NS;
 use contract::limits::{MAP_PAGE_CELLS, MAP_PATCH_CELLS, PATCHES_BUFFERED};
 use contract::{
     Action, Branch, Brief, Cell, Collected, Decision, Digest, Flight, GradientSource, Grid, Ground, Leader,
-    MapPage, MapPatch, MapRequest, MonotonicNs, ObservedMap, Outcome, PastPage, Pose, Record, Replica,
-    RobotId, RunId, SensorParameters, Soil, State, Status, Timing,
+    MapPage, MapPatch, MapRequest, MonotonicNs, ObservedMap, Outcome, PastPage, Pose, Record, RobotId, RunId,
+    SensorParameters, Soil, State, Status, Timing,
 };
+use follow::Replica;
 use perception::{Cartographer, Effect, Event};
 use terrain::Terrain;
 

@@ -9,8 +9,9 @@ use contract::message::Visitor;
 use contract::spelling::did_you_mean;
 use contract::{
     Brief, Heartbeat, Message, MonotonicNs, Payload, PeerTable, Refusal, Request, RobotId, Role, State,
-    Truth, TruthGathering, TruthRequest,
+    Truth, TruthRequest,
 };
+use follow::TruthFollower;
 use node::inspect::services;
 use node::{Exit, Failure, Instance, Node, NodeError, ShutdownSignal, StopReason};
 use process::{Client as _, Patience, Ports, Reader as _, TICK_NS};
@@ -419,21 +420,21 @@ fn open(node: &mut Node, topic: &Topic, full: bool) -> Result<Next, NodeError> {
 fn gathered(node: &mut Node, full: bool) -> Result<Next, NodeError> {
     let robot = RobotId(0);
     let (mut briefs, mut client) = (node.reader::<Brief>(robot, false)?, node.client::<TruthRequest>(robot)?);
-    let mut gathering = TruthGathering::default();
+    let mut follower = TruthFollower::default();
     Ok(Box::new(move || {
         match briefs.newest() {
-            Some(Ok(brief)) => gathering.begin(brief.run),
+            Some(Ok(brief)) => follower.begin(brief.run),
             Some(Err(refusal)) => return Some(Err(refusal)),
             None => {}
         }
         while let Some(page) = client.receive() {
-            match page.and_then(|page| gathering.page(page)) {
+            match page.and_then(|page| follower.page(page)) {
                 Ok(Some(truth)) => return Some(Ok(truth_summary(truth, full))),
                 Ok(None) => {}
                 Err(refusal) => return Some(Err(refusal)),
             }
         }
-        if let Some(request) = gathering.ask(Node::now())
+        if let Some(request) = follower.ask(Node::now())
             && let Err(error) = client.request(request)
         {
             tracing::debug!("asking for the truth: {error}");

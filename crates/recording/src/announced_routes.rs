@@ -3,9 +3,10 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use contract::{
-    Action, Announcement, Decision, MonotonicNs, PageCursor, Record, RobotId, Route, RouteId, RoutePage,
-    RouteRequest, RunId, Team,
+    Announcement, Decision, MonotonicNs, Record, RobotId, Route, RouteId, RoutePage, RouteRequest, RunId,
+    Team,
 };
+use follow::MissingRoutes;
 
 /// The announced routes of one run.
 #[derive(Debug, Default)]
@@ -13,54 +14,41 @@ pub(crate) struct AnnouncedRoutes {
     /// The routes whose points are written.
     written: BTreeSet<(RobotId, RouteId)>,
     /// By the decision that announced them; their points have not come.
-    wanted: BTreeMap<Decision, (RobotId, RouteId)>,
+    missing: MissingRoutes<(Decision, RobotId)>,
     /// The last route of each robot.
     last: BTreeMap<RobotId, (Decision, RouteId)>,
-    /// When the first of `wanted` was asked for: one route is item 0 of a list of one.
-    cursor: PageCursor,
 }
 
 impl AnnouncedRoutes {
     /// Notes the routes that the robots follow.
     pub fn team(&mut self, team: &Team) {
-        for (robot, member) in (0..).map(RobotId).zip(team.members.iter()) {
-            let travel = member.travel.as_ref();
-            if let Some((decision, id)) = travel.and_then(|travel| travel.announced.zip(travel.route)) {
-                self.want(decision, robot, id);
-            }
-        }
+        team.announced().for_each(|(by, route)| self.need(by, route));
     }
 
     /// Notes the route that an executed decision announced.
     pub fn record(&mut self, record: &Record) {
-        if let Action::Announce(id) = record.action {
-            self.want(record.decision, record.robot, id);
-        }
+        record.announced().into_iter().for_each(|(by, route)| self.need(by, route));
     }
 
-    fn want(&mut self, decision: Decision, robot: RobotId, id: RouteId) {
+    fn need(&mut self, (decision, robot): (Decision, RobotId), id: RouteId) {
         let last = self.last.entry(robot).or_insert((decision, id));
         *last = (*last).max((decision, id));
         if !self.written.contains(&(robot, id)) {
-            self.wanted.insert(decision, (robot, id));
+            self.missing.need((decision, robot), id);
         }
     }
 
     /// Notes that the points of a route are written.
     pub fn wrote(&mut self, robot: RobotId, route: &Route) {
-        let written = (robot, route.id());
-        self.written.insert(written);
-        self.wanted.retain(|_, wanted| *wanted != written);
+        let id = route.id();
+        self.written.insert((robot, id));
+        self.missing.found_by(id, |(_, waiting)| *waiting == robot);
     }
 
     /// What the robots that wait for the route of `page` announced.
     pub fn page(&mut self, page: &RoutePage) -> Vec<Announcement> {
-        let id = page.route.id();
-        let waiting: BTreeSet<RobotId> =
-            self.wanted.values().filter(|(_, wanted)| *wanted == id).map(|(robot, _)| *robot).collect();
-        if !waiting.is_empty() {
-            self.cursor = PageCursor::default();
-        }
+        let waiting = self.missing.found(page.route.id()).into_iter().map(|(_, robot)| robot);
+        let waiting: BTreeSet<RobotId> = waiting.collect();
         let announcement = |robot| Announcement { run: page.run, robot, route: page.route.clone() };
         waiting.into_iter().map(announcement).collect()
     }
@@ -77,19 +65,17 @@ impl AnnouncedRoutes {
 
     /// Whether the points of a route are missing.
     pub fn lacks_points(&self) -> bool {
-        !self.wanted.is_empty()
+        !self.missing.is_empty()
     }
 
-    /// Wants no route until it is named again, since the journal may have lost those decisions.
-    pub fn forget_wanted(&mut self) {
-        self.wanted.clear();
+    /// Needs no route until it is named again, since the journal may have lost those decisions.
+    pub fn forget_missing(&mut self) {
+        self.missing.clear();
         self.last.clear();
     }
 
     /// What to ask for at `now`: the first route whose points are missing, and again if it does not come.
     pub fn ask(&mut self, run: RunId, now: MonotonicNs) -> Option<RouteRequest> {
-        let (_, (_, id)) = self.wanted.first_key_value()?;
-        self.cursor.ask(now)?;
-        Some(RouteRequest { run, id: *id })
+        self.missing.ask(run, now)
     }
 }

@@ -2,7 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use contract::{Brief, Decision, MonotonicNs, ObservedMap, Replica, State, Vetoed};
+use contract::{Brief, Decision, MonotonicNs, ObservedMap, State, Vetoed};
+use follow::Replica;
 
 use crate::RecordedMessage;
 use crate::channel::ROBOT;

@@ -9,10 +9,10 @@ use std::collections::{BTreeMap, BTreeSet};
 use contract::limits::{ASK_AGAIN_NS, PAST_PAGE_RECORDS};
 use contract::message::Message as _;
 use contract::{
-    Announcement, Brief, Decision, Incarnation, Leader, MapRequest, MonotonicNs, PageCursor, PastPage,
-    PastRequest, PriorGathering, PriorPage, PriorRequest, Replica, RobotId, RoutePage, RouteRequest, RunId,
-    State, Status, Team, Timeline, Vetoed,
+    Announcement, Brief, Decision, Incarnation, Leader, MapRequest, MonotonicNs, PastPage, PastRequest,
+    PriorPage, PriorRequest, RobotId, RoutePage, RouteRequest, RunId, State, Status, Team, Vetoed,
 };
+use follow::{Link, PastFollower, PriorFollower, Replica};
 use prost::Message as _;
 
 use crate::announced_routes::AnnouncedRoutes;
@@ -106,18 +106,15 @@ pub struct Transcript {
     missing: BTreeMap<String, u64>,
     brief: Option<Brief>,
     state: Option<State>,
-    /// The records that are missing, by decision.
-    past: PageCursor,
+    /// The records that came, and those that are missing.
+    past: PastFollower,
     /// How often the past was read again from its beginning.
     pasts: u64,
-    /// Where the last of the records that came stands in the digest chain.
-    timeline: Timeline,
     map: Replica,
     views: Views,
     routes: AnnouncedRoutes,
     /// Of uncertain ground, for viewers: it is not written.
-    prior: PriorGathering,
-    lacks_prior: bool,
+    prior: PriorFollower,
     processes: BTreeSet<Incarnation>,
 }
 
@@ -129,14 +126,12 @@ impl Default for Transcript {
             missing: BTreeMap::new(),
             brief: None,
             state: None,
-            past: PageCursor::default(),
+            past: PastFollower::default(),
             pasts: 0,
-            timeline: Timeline::default(),
             map: Replica::new(ROBOT),
             views: Views::default(),
             routes: AnnouncedRoutes::default(),
-            prior: PriorGathering::default(),
-            lacks_prior: false,
+            prior: PriorFollower::default(),
             processes: BTreeSet::new(),
         }
     }
@@ -237,22 +232,17 @@ impl Transcript {
 
     /// Takes a page of the prior that was asked for.
     pub fn on_prior(&mut self, page: PriorPage) {
-        if self.brief.is_none_or(|brief| brief.run != page.run || brief.grid != page.grid) {
-            return;
-        }
         // A page that cannot be is asked for again.
         let _ = self.prior.page(page);
-        if let Some(prior) = self.prior.prior() {
+        if let Some(prior) = self.prior.take() {
             self.views.prior(&prior.cells);
-            self.prior = PriorGathering::default();
-            self.lacks_prior = false;
         }
     }
 
     /// Whether the expected speeds of uncertain ground are still to come.
     #[must_use]
     pub fn lacks_prior(&self) -> bool {
-        self.lacks_prior
+        self.prior.is_missing()
     }
 
     /// Takes a route that a robot will take, received at `now`.
@@ -317,10 +307,7 @@ impl Transcript {
         (self.brief, self.state) = (Some(brief), None);
         self.views.begin(&brief);
         self.routes = AnnouncedRoutes::default();
-        (self.prior, self.lacks_prior) = (PriorGathering::default(), brief.scout.is_some());
-        if self.lacks_prior {
-            self.prior.begin(brief.run);
-        }
+        self.prior.begin(&brief);
         self.forget_past();
         self.map = Replica::new(ROBOT);
         self.map.begin(&brief);
@@ -343,7 +330,7 @@ impl Transcript {
         let gap = self.gaps.state(state);
         self.record_gap(gap, now);
         let before = self.state.replace(*state);
-        if self.timeline.is_contradicted_by(state) {
+        if self.past.is_contradicted_by(state) {
             // A journal that has lost its tail, or was flown on elsewhere: those decisions are executed again.
             self.forget_past();
         }
@@ -385,52 +372,49 @@ impl Transcript {
             return None;
         }
         for record in &page.records {
-            if record.decision != self.due() {
-                continue;
+            match self.past.link(record) {
+                Link::Next => {
+                    self.views.record(record);
+                    self.routes.record(record);
+                    self.past.fold(record);
+                }
+                Link::Apart => {}
+                Link::Broken => return None,
+                Link::Void => {
+                    self.forget_past();
+                    return None;
+                }
             }
-            if self.timeline.is_broken_by(record) {
-                self.forget_past();
-                self.past.restart(now);
-                return None;
-            }
-            // Fewer records than a page are asked for now and then: the pause stays in force.
-            self.timeline.fold(record);
-            self.views.record(record);
-            self.routes.record(record);
-            self.past.move_to(self.timeline.due().0);
         }
         let is_whole = self.state.is_none_or(|state| self.due() >= state.decision);
         if page.records.len() < PAST_PAGE_RECORDS || is_whole {
             return None;
         }
-        let from = Decision(self.past.ask_at_once(now));
-        Some(PastRequest { run: page.run, robot: ROBOT, from })
+        self.past.ask(page.run, ROBOT, now)
     }
 
     /// Asks for all records again.
     fn forget_past(&mut self) {
-        self.past.move_to(0);
-        self.timeline = Timeline::default();
+        self.past.begin_anew();
         self.pasts += 1;
         self.views.forget_past();
-        self.routes.forget_wanted();
+        self.routes.forget_missing();
     }
 
     /// First decision whose record is still missing.
     fn due(&self) -> Decision {
-        Decision(self.past.next())
+        self.past.due()
     }
 
     fn past_wanted(&mut self, now: MonotonicNs) -> Option<PastRequest> {
         let (brief, state) = (self.brief?, self.state?);
-        let behind = state.decision.0.saturating_sub(self.past.next());
+        let behind = state.decision.0.saturating_sub(self.due().0);
         let urgent = behind >= PAST_PAGE_RECORDS as u64 || state.status.is_over();
         let pause_ns = if urgent { ASK_AGAIN_NS } else { PAST_PERIOD_NS };
         if behind == 0 {
             return None;
         }
-        let from = Decision(self.past.ask_after(now, pause_ns)?);
-        Some(PastRequest { run: brief.run, robot: ROBOT, from })
+        self.past.ask_after(brief.run, ROBOT, now, pause_ns)
     }
 
     /// Writes for viewers what changed and is due, or everything that changed if the file ends.

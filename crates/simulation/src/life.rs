@@ -10,6 +10,7 @@ use contract::{
 };
 
 use crate::observed::Seen;
+use crate::setup;
 use crate::stream::Stream;
 
 /// One life of one process, as the operating system sees it.
@@ -96,6 +97,50 @@ pub(crate) enum Pass {
 }
 
 impl Life {
+    /// The life with that number in a slot, of this build; the plans of a planner take as long as `slow` says.
+    pub fn new(slot: usize, role: Role, incarnation: Incarnation, slow: (u64, u64)) -> Self {
+        Self {
+            slot,
+            role,
+            incarnation,
+            pid: incarnation.0 as u32 + 1000,
+            version: setup::version(),
+            blind: false,
+            robots: RobotSet::NONE,
+            is_suited: false,
+            takeover: false,
+            succeeds_pid: None,
+            wakes_at: Cell::new(None),
+            sleeping: Cell::new(false),
+            woken: Cell::new(false),
+            rung: Cell::new(false),
+            computed: Cell::new(false),
+            stopped_until: Cell::new(None),
+            dies: Cell::new(None),
+            situation: Seen::default(),
+            recording: RefCell::new(None),
+            turns: Cell::new(0),
+            map_whole: Cell::new(None),
+            map_disturbed: Cell::new(false),
+            answers_disturbed: Cell::new(false),
+            disturbed_ns: Cell::new(None),
+            repeated_ns: Cell::new(None),
+            pass: Cell::default(),
+            state_seen: Cell::new(None),
+            leader_seen: Cell::default(),
+            leader_at_turn: Cell::default(),
+            team_seen: RefCell::default(),
+            leaders_seen: RefCell::default(),
+            listening_since: Cell::default(),
+            turned_at: Cell::default(),
+            slow: Cell::new(slow),
+            runs: RefCell::default(),
+            message_since: Cell::new(None),
+            sleeps: Cell::new((0, 0)),
+            commands: Cell::new((0, 0)),
+        }
+    }
+
     /// A message about the map was or may have been lost, repeated or late.
     pub fn disturb_map(&self, now_ns: u64) {
         self.map_disturbed.set(true);

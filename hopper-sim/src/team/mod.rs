@@ -56,7 +56,7 @@ impl RobotTeam {
     pub fn new(brief: &Brief, terrain: &Terrain, fleet: Option<&Fleet>) -> Self {
         let mut roster = Roster::new(brief, fleet);
         let starts = roster.entries().map(|(_, entry)| entry.robot.vehicle.start());
-        let travels = Travels::new(brief, starts);
+        let travels = Travels::new(starts);
         let ground = brief.scout.map(|_| UncertainGround::new(&roster, brief, terrain));
         let coverage = brief.cover.map(|_| Coverage::new(&mut roster, brief, terrain));
         let required = match brief.mixed {

@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 
 use contract::{
-    Action, Announcement, Branch, Brief, Cell, Decision, Flight, Outcome, Placement, Refusal, RobotId, Route,
+    Action, Announcement, Branch, Cell, Decision, Flight, Outcome, Placement, Refusal, RobotId, Route,
     RouteId, Routes, Standing, Travel, Vehicle, Waypoint,
 };
 
@@ -62,11 +62,9 @@ impl Arrival {
 impl Travels {
     /// Before the first action, with the start of each robot that goes from point to point.
     #[must_use]
-    pub fn new(brief: &Brief, starts: impl Iterator<Item = Option<Waypoint>>) -> Self {
+    pub fn new(starts: impl Iterator<Item = Option<Waypoint>>) -> Self {
         let travels: Vec<_> = starts.map(|start| start.map(Travel::from_start)).collect();
-        let mut routes = Routes::default();
-        routes.begin(brief.run);
-        Self { offers: vec![VecDeque::new(); travels.len()], travels, routes }
+        Self { offers: vec![VecDeque::new(); travels.len()], travels, routes: Routes::default() }
     }
 
     /// How far `robot` is, if it goes from point to point.

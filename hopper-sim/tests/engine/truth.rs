@@ -10,15 +10,15 @@ fn pages_of_any_size_add_up_to_the_truth_and_another_runs_is_not_told() {
     let mission = mission();
     let whole = mission.brief.grid.cells();
     for cells_max in [1, 7, whole, 10 * whole] {
-        let mut gathering = contract::TruthGathering::default();
-        gathering.begin(RUN);
+        let mut follower = follow::TruthFollower::default();
+        follower.begin(RUN);
         let mut now = contract::MonotonicNs(0);
         let mut truth = None;
         while truth.is_none() {
-            let request = gathering.ask(now).expect("what is missing is asked for");
+            let request = follower.ask(now).expect("what is missing is asked for");
             let page = mission.truth_page(&request, cells_max).expect("it is answered");
             assert!((1..=cells_max).contains(&page.cells.len()), "{cells_max}");
-            truth = gathering.page(page).unwrap();
+            truth = follower.page(page).unwrap();
             now = now.plus_ns(1);
         }
         let terrain = Terrain::clone(&mission.terrain);

@@ -1,11 +1,11 @@
 //! The routes that robots announced, in the order in which their points became known.
 
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::VecDeque;
 
 use contract::{
-    Action, Decision, MonotonicNs, PageCursor, Record, RobotId, Route, RouteId, RoutePage, RouteRequest,
-    RunId, Team,
+    Decision, MonotonicNs, Record, RobotId, Route, RouteId, RoutePage, RouteRequest, RunId, Team,
 };
+use follow::MissingRoutes;
 
 /// Number of routes that are kept, the last ones.
 const ROUTES_KEPT: usize = 1024;
@@ -25,9 +25,7 @@ pub struct Announced {
 #[derive(Debug, Default)]
 pub struct Announcements {
     /// Announced, their points still unknown.
-    wanted: BTreeMap<Decision, (RobotId, RouteId)>,
-    /// When the first of `wanted` was asked for: one route is item 0 of a list of one.
-    cursor: PageCursor,
+    missing: MissingRoutes<(Decision, RobotId)>,
     known: VecDeque<Announced>,
     /// Number of routes that are no longer kept.
     dropped: u64,
@@ -53,51 +51,38 @@ impl Announcements {
 
     /// Whether the points of a route are unknown.
     pub(super) fn lacks_points(&self) -> bool {
-        !self.wanted.is_empty()
+        !self.missing.is_empty()
     }
 
     /// Notes what routes the robots follow.
     pub(super) fn team(&mut self, team: &Team) {
-        for (robot, member) in (0..).map(RobotId).zip(team.members.iter()) {
-            let travel = member.travel.as_ref();
-            if let Some((decision, id)) = travel.and_then(|travel| travel.announced.zip(travel.route)) {
-                self.want(decision, robot, id);
-            }
-        }
+        team.announced().for_each(|(by, route)| self.need(by, route));
     }
 
     /// Notes what an executed decision announced.
     pub(super) fn record(&mut self, record: &Record) {
-        if let Action::Announce(id) = record.action {
-            self.want(record.decision, record.robot, id);
-        }
+        record.announced().into_iter().for_each(|(by, route)| self.need(by, route));
     }
 
-    fn want(&mut self, decision: Decision, robot: RobotId, id: RouteId) {
-        if !self.known.iter().rev().any(|known| known.decision == decision) {
-            self.wanted.entry(decision).or_insert((robot, id));
+    fn need(&mut self, by: (Decision, RobotId), route: RouteId) {
+        if !self.known.iter().rev().any(|known| known.decision == by.0) {
+            self.missing.need(by, route);
         }
     }
 
     /// Adds the points of a route.
     pub(super) fn page(&mut self, page: &RoutePage) {
-        let id = page.route.id();
-        let decisions = self.wanted.iter().filter(|(_, (_, wanted))| *wanted == id);
-        for decision in decisions.map(|(decision, _)| *decision).collect::<Vec<_>>() {
-            let Some((robot, _)) = self.wanted.remove(&decision) else { continue };
+        for (decision, robot) in self.missing.found(page.route.id()) {
             if self.known.len() == ROUTES_KEPT {
                 self.known.pop_front();
                 self.dropped += 1;
             }
             self.known.push_back(Announced { decision, robot, route: page.route.clone() });
-            self.cursor = PageCursor::default();
         }
     }
 
     /// What to ask for at `now`: the first route whose points are unknown, and again if it does not come.
     pub(super) fn ask(&mut self, run: RunId, now: MonotonicNs) -> Option<RouteRequest> {
-        let (_, (_, id)) = self.wanted.first_key_value()?;
-        self.cursor.ask(now)?;
-        Some(RouteRequest { run, id: *id })
+        self.missing.ask(run, now)
     }
 }

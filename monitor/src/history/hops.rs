@@ -88,11 +88,6 @@ impl Hops {
         Decision(self.first + self.kept.len() as u64)
     }
 
-    /// When the last hop was committed, on CLOCK_MONOTONIC; 0 before the first.
-    pub(super) fn committed(&self) -> MonotonicNs {
-        self.kept.back().map_or(MonotonicNs(0), |hop| hop.landed.plus_ns(hop.total_ns()))
-    }
-
     /// First decision that is kept.
     #[must_use]
     pub fn first(&self) -> Decision {

@@ -14,9 +14,10 @@ mod speeds;
 
 use contract::{
     Brief, Cell, Collected, Decision, Heartbeat, Incarnation, MapPage, MapPatch, MapRequest, MissingPeer,
-    MonotonicNs, ObservedMap, Pacing, PastPage, Policy, PriorPage, PriorRequest, Replica, RobotId, Role,
-    RoutePage, RouteRequest, State, Team, Timeline,
+    MonotonicNs, ObservedMap, Pacing, PastPage, Policy, PriorPage, PriorRequest, RobotId, Role, RoutePage,
+    RouteRequest, State, Team,
 };
+use follow::{Link, PastFollower, Replica};
 use report::Executed;
 use speed_layer::SpeedLayer;
 
@@ -95,8 +96,8 @@ struct RunHistory {
     brief: Brief,
     state: Option<State>,
     hops: Hops,
-    /// Where the last of the hops stands in the digest chain.
-    timeline: Timeline,
+    /// The decisions of the hops.
+    past: PastFollower,
     replica: Replica,
     seen_cells: SeenCells,
     /// Whether the map was complete when last checked, and when it last became complete.
@@ -355,14 +356,12 @@ impl RunHistory {
         let mut replica = Replica::new(robot);
         replica.begin(brief);
         let mut speeds = Speeds::default();
-        if brief.scout.is_some() {
-            speeds.begin(brief.run);
-        }
+        speeds.begin(brief);
         Self {
             brief: *brief,
             state: None,
             hops: Hops::default(),
-            timeline: Timeline::default(),
+            past: PastFollower::default(),
             replica,
             seen_cells: SeenCells::new(brief),
             whole: (false, None),
@@ -379,39 +378,40 @@ impl RunHistory {
 
     /// Whether `state` proves that hops of this history are no longer in the journal.
     fn is_contradicted_by(&self, state: &State) -> bool {
-        let is_old = self.state.is_some_and(|known| state.is_older_than(&known));
-        // A late state is no proof: the past may have brought hops after it.
-        let is_late = state.decision < self.timeline.due() && state.published <= self.hops.committed();
-        self.timeline.is_contradicted_by(state) && !is_old && !is_late
+        let is_news = state.is_news(self.brief.robots, self.state.as_ref()) && !self.past.is_late(state);
+        is_news && self.past.is_contradicted_by(state)
     }
 
     fn state(&mut self, state: &State) {
-        if self.state.is_some_and(|known| state.is_older_than(&known)) {
+        if !state.is_news(self.brief.robots, self.state.as_ref()) {
             return;
         }
         self.state = Some(*state);
-        if let Some(executed) = Executed::before(state).filter(|next| next.decision == self.hops.due()) {
+        if self.past.is_next(state)
+            && let Some(executed) = Executed::before(state)
+        {
             self.hops.fold(&executed);
-            self.timeline = Timeline::through(state);
+            self.past.fold_state(state);
         }
     }
 
-    /// Adds the records that are due. False if they continue from another past than the hops so far.
+    /// Adds the records that are due. False if the hops so far are not in the journal.
     fn past(&mut self, page: &PastPage) -> bool {
         let robots = self.brief.robots;
         for record in page.records.iter().filter(|record| record.robot.0 < robots) {
             if record.decision < self.hops.due() {
                 self.announcements.record(record);
             }
-            if record.decision != self.hops.due() {
-                continue;
+            match self.past.link(record) {
+                Link::Next => {
+                    self.hops.fold(&Executed::from(record));
+                    self.past.fold(record);
+                    self.announcements.record(record);
+                }
+                Link::Apart => {}
+                Link::Broken => return true,
+                Link::Void => return false,
             }
-            if self.timeline.is_broken_by(record) {
-                return false;
-            }
-            self.hops.fold(&Executed::from(record));
-            self.timeline.fold(record);
-            self.announcements.record(record);
         }
         true
     }
@@ -423,10 +423,8 @@ impl RunHistory {
     }
 
     fn prior(&mut self, page: PriorPage) {
-        if page.grid == self.brief.grid {
-            self.speeds.page(page);
-            self.complete_speeds();
-        }
+        self.speeds.page(page);
+        self.complete_speeds();
     }
 
     fn complete_speeds(&mut self) {

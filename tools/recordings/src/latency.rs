@@ -5,9 +5,8 @@ use std::time::Duration;
 
 use contract::limits::PAST_PAGE_RECORDS;
 use contract::protocol::peer_table::LISTENING_NS;
-use contract::{
-    Brief, Decision, Heartbeat, MonotonicNs, PageCursor, PastPage, PastRequest, PeerTable, RobotId, Role,
-};
+use contract::{Brief, Heartbeat, MonotonicNs, PastPage, PastRequest, PeerTable, RobotId, Role};
+use follow::{Link, PastFollower};
 use hopper::stdout::print;
 use node::{Exit, Failure, Instance, Node};
 use process::{Client as _, Patience, Ports, Reader as _, TICK_NS, accept};
@@ -279,7 +278,7 @@ fn restarts(
 struct Gathered {
     brief: Option<Brief>,
     steps: Vec<DecisionTiming>,
-    cursor: PageCursor,
+    past: PastFollower,
 }
 
 impl Gathered {
@@ -293,34 +292,48 @@ impl Gathered {
 
     /// What to ask for at `now`.
     fn ask(&mut self, now: MonotonicNs) -> Option<PastRequest> {
-        let run = self.brief?.run;
-        let from = Decision(self.cursor.ask(now)?);
-        Some(PastRequest { run, robot: RobotId(0), from })
+        self.past.ask(self.brief?.run, RobotId(0), now)
     }
 
     /// Takes a page; the last one, which is not full, gives all there is.
     fn page(&mut self, page: &PastPage) -> Option<(Brief, Vec<DecisionTiming>)> {
         let brief = self.brief.filter(|brief| brief.run == page.run)?;
-        if !self.cursor.accept(page.from.0, page.from.0.saturating_add(page.records.len() as u64)) {
-            return None;
+        let is_wanted = page.from == self.past.due();
+        for record in &page.records {
+            match self.past.link(record) {
+                Link::Next => {
+                    self.steps.push(DecisionTiming::from(record));
+                    self.past.fold(record);
+                }
+                Link::Apart => {}
+                Link::Broken => return None,
+                Link::Void => {
+                    *self = Self { brief: Some(brief), ..Self::default() };
+                    return None;
+                }
+            }
         }
-        self.steps.extend(page.records.iter().map(DecisionTiming::from));
-        let is_last = page.records.len() < PAST_PAGE_RECORDS;
+        let is_last = is_wanted && page.records.len() < PAST_PAGE_RECORDS;
         is_last.then(|| (brief, std::mem::take(&mut self.steps)))
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use contract::{Record, RunId};
+    use contract::{Decision, Digest, Record, RunId};
 
     use super::*;
 
     fn page(run: RunId, from: u64, records: usize) -> PastPage {
         let (flown, _) = hostile::fixtures::flown();
-        let records: Vec<Record> = (0..records)
-            .map(|n| Record { decision: Decision(from + n as u64), ..flown[n % flown.len()] })
-            .collect();
+        let digest = |decision: u64| Digest([decision as u8; 32]);
+        let record = |decision: u64| Record {
+            decision: Decision(decision),
+            previous: digest(decision),
+            digest: digest(decision + 1),
+            ..flown[decision as usize % flown.len()]
+        };
+        let records: Vec<Record> = (from..from + records as u64).map(record).collect();
         PastPage { run, robot: RobotId(0), from: Decision(from), records }
     }
 

@@ -1,10 +1,8 @@
 //! What is known of the ground: the map as it grows, how it travels, and what a landing on it is worth.
 
 pub mod belief;
-mod gathering;
 pub mod observed_map;
 pub mod patch;
 pub mod payoff;
 pub mod prior;
-pub mod replica;
 pub mod truth;

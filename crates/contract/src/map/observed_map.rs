@@ -6,7 +6,8 @@ use xxhash_rust::xxh3::xxh3_64;
 
 use crate::limits::{CHANGES_KEPT, MARKS_KEPT};
 use crate::{
-    Cell, Decision, Digest, DriveSpeed, Grid, Ground, MonotonicNs, RobotId, RunId, SeenCell, Soil, State,
+    Cell, Decision, Digest, DriveSpeed, Grid, Ground, MapPatch, MonotonicNs, Refusal, RobotId, RunId,
+    SeenCell, Soil, State,
 };
 
 /// The observed map: every cell either seen, or unknown.
@@ -194,9 +195,43 @@ impl ObservedMap {
         true
     }
 
+    /// Folds a patch in that goes on from this map, if its cells make what it says they make.
+    ///
+    /// # Errors
+    /// If the fingerprint is not that of its cells, or a treasure lies where nothing is seen. Nothing changes then.
+    ///
+    /// # Panics
+    /// If a cell is outside of the lattice, which no patch from the wire has.
+    pub fn apply(&mut self, patch: &MapPatch) -> Result<(), Refusal> {
+        let treasures = Self::treasures_step(self.treasures(), &patch.treasures);
+        let step = patch.cells.iter().fold(treasures, |sum, cell| {
+            let index = cell.index as usize;
+            sum.wrapping_add(self.step(index, &cell.ground, cell.visits))
+        });
+        let after = self.observation.wrapping_add(step);
+        if after != patch.after {
+            let need = format!("{after:016x}, which its cells make");
+            return Err(Refusal::malformed("map.after", &need, format!("{:016x}", patch.after)));
+        }
+        let is_seen = |cell: &&Cell| {
+            let index = self.grid.index(**cell).expect("a treasure lies on the lattice") as u32;
+            self.ground(**cell).is_some()
+                || patch.cells.binary_search_by_key(&index, |cell| cell.index).is_ok()
+        };
+        if let Some(cell) = patch.treasures.iter().find(|cell| !is_seen(cell)) {
+            return Err(Refusal::malformed("map.treasures", "seen cells", cell));
+        }
+        self.learn_checked(&patch.cells, &patch.treasures, step);
+        self.sequence = patch.sequence;
+        (self.through, self.digest) = ((patch.more == 0).then_some(patch.through), patch.digest);
+        (self.sensed, self.published) = (patch.sensed, patch.published);
+        self.mark();
+        Ok(())
+    }
+
     /// Writes down cells and treasures that were checked to make the fingerprint grow by `step`: it is not computed
     /// again. No cell may come twice.
-    pub(super) fn learn_checked(&mut self, cells: &[SeenCell], treasures: &[Cell], step: u64) {
+    fn learn_checked(&mut self, cells: &[SeenCell], treasures: &[Cell], step: u64) {
         for &SeenCell { index, ground, visits } in cells {
             self.write(index as usize, ground, visits);
         }

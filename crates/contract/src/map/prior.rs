@@ -4,8 +4,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::gathering::Gathering;
-use crate::{DriveSpeed, Grid, MonotonicNs, Refusal, RunId};
+use crate::{DriveSpeed, Grid, Refusal, RunId};
 
 /// How likely each of the four speeds is on a cell.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -86,47 +85,6 @@ pub struct PriorPage {
     pub cells: Vec<PriorCell>,
 }
 
-/// Gathers the prior of one run page by page, asking until it is whole, and keeps it.
-#[derive(Clone, Debug, Default)]
-pub struct PriorGathering {
-    run: Option<RunId>,
-    pages: Gathering<PriorCell>,
-    whole: Option<Prior>,
-}
-
-impl PriorGathering {
-    /// Begins to gather the prior of `run`; the same run again changes nothing.
-    pub fn begin(&mut self, run: RunId) {
-        if self.run != Some(run) {
-            *self = Self { run: Some(run), ..Self::default() };
-            self.pages.begin(run);
-        }
-    }
-
-    /// The prior, once it is whole.
-    #[must_use]
-    pub fn prior(&self) -> Option<&Prior> {
-        self.whole.as_ref()
-    }
-
-    /// Takes a page that was asked for; one of another run or place changes nothing.
-    ///
-    /// # Errors
-    /// If the page makes no progress, or goes beyond its grid.
-    pub fn page(&mut self, page: PriorPage) -> Result<(), Refusal> {
-        let PriorPage { run, grid, from, cells } = page;
-        if let Some(cells) = self.pages.page("prior.cells", (run, &grid, from), cells)? {
-            self.whole = Some(Prior { run, grid, cells });
-        }
-        Ok(())
-    }
-
-    /// What to ask for at `now`: the next page, or the same again if it does not come.
-    pub fn ask(&mut self, now: MonotonicNs) -> Option<PriorRequest> {
-        self.pages.ask(now).map(|(run, from)| PriorRequest { run, from })
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -145,24 +103,5 @@ mod tests {
         }
         let third = [0.0, 1.0 / 3.0, 1.0 / 3.0, 1.0 / 3.0];
         assert_eq!(SpeedPrior::new(third).unwrap().probabilities(), third);
-    }
-
-    #[test]
-    fn pages_are_gathered_in_order_until_the_prior_is_whole() {
-        let grid = Grid::new(3, 2, 1.0, 1).unwrap();
-        let speeds = SpeedPrior::new([0.0, 0.0, 0.0, 1.0]).unwrap();
-        let cell = PriorCell { speeds, height_m: 0.5 };
-        let page = |from, cells| PriorPage { run: RunId(4), grid, from, cells: vec![cell; cells] };
-        let mut gathering = PriorGathering::default();
-        assert_eq!(gathering.ask(MonotonicNs(1)), None, "no run yet");
-        gathering.begin(RunId(4));
-        assert_eq!(gathering.ask(MonotonicNs(1)), Some(PriorRequest { run: RunId(4), from: 0 }));
-        gathering.page(page(0, 4)).unwrap();
-        gathering.page(page(0, 4)).unwrap();
-        assert_eq!(gathering.ask(MonotonicNs(1)), Some(PriorRequest { run: RunId(4), from: 4 }));
-        assert!(gathering.page(page(4, 3)).is_err() && gathering.page(page(4, 0)).is_err());
-        gathering.page(page(4, 2)).unwrap();
-        assert_eq!(gathering.prior().map(|prior| prior.cells.len()), Some(6));
-        assert_eq!(gathering.ask(MonotonicNs(u64::MAX)), None);
     }
 }

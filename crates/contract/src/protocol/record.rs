@@ -4,8 +4,8 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest as _, Sha256};
 
 use crate::{
-    Action, Collected, Decision, Digest, Leader, MonotonicNs, Origin, Outcome, Pose, RobotId, RunId, State,
-    Status, Timing, Vetoed,
+    Action, Collected, Decision, Digest, Leader, MonotonicNs, Origin, Outcome, Pose, RobotId, RouteId, RunId,
+    State, Status, Timing, Vetoed,
 };
 
 /// A decision that was executed, as the journal keeps it and `hop/past` serves it.
@@ -50,6 +50,15 @@ pub struct Record {
 }
 
 impl Record {
+    /// The route that this decision announced, with the decision and the robot.
+    #[must_use]
+    pub fn announced(&self) -> Option<((Decision, RobotId), RouteId)> {
+        match self.action {
+            Action::Announce(id) => Some(((self.decision, self.robot), id)),
+            _ => None,
+        }
+    }
+
     /// The state this record leads to.
     #[must_use]
     pub fn state_after(&self, run: RunId, landed: MonotonicNs, published: MonotonicNs) -> State {

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 use xxhash_rust::xxh3::xxh3_64;
 
 use crate::limits::{LEG_MAX_M, ROUTE_POINTS_MAX};
-use crate::{Cell, Grid, MonotonicNs, PageCursor, Refusal, RobotId, RouteId, RunId};
+use crate::{Cell, Grid, Refusal, RobotId, RouteId, RunId};
 
 /// A point of the map in metres: x grows eastwards, y northwards, (0, 0) is the south-western corner of cell (0, 0).
 #[derive(Clone, Copy, Debug, PartialEq, Default, Serialize, Deserialize)]
@@ -142,65 +142,25 @@ pub struct RoutePage {
     pub route: Route,
 }
 
-/// The routes of one run that a reader has, and the one that it asks for.
+/// Routes that are known, by their fingerprints.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Routes {
-    run: RunId,
-    known: BTreeMap<RouteId, Route>,
-    wanted: Option<RouteId>,
-    /// When `wanted` was asked for: the one route is item 0 of a list of one.
-    cursor: PageCursor,
-}
+pub struct Routes(BTreeMap<RouteId, Route>);
 
 impl Routes {
-    /// Begins with no route of `run`; the same run again changes nothing.
-    pub fn begin(&mut self, run: RunId) {
-        if self.run != run {
-            *self = Self { run, ..Self::default() };
-        }
-    }
-
     /// The route with that fingerprint, if it is known.
     #[must_use]
     pub fn get(&self, id: RouteId) -> Option<&Route> {
-        self.known.get(&id)
+        self.0.get(&id)
     }
 
     /// All that are known, in the order of their fingerprints.
     pub fn iter(&self) -> impl Iterator<Item = &Route> {
-        self.known.values()
+        self.0.values()
     }
 
-    /// Adds a route, which then is wanted no longer.
+    /// Adds a route.
     pub fn insert(&mut self, route: Route) {
-        let id = route.id();
-        self.known.insert(id, route);
-        if self.wanted == Some(id) {
-            self.wanted = None;
-        }
-    }
-
-    /// Takes an answer; whether it brings the route that is wanted.
-    pub fn page(&mut self, page: RoutePage) -> bool {
-        let is_wanted = page.run == self.run && self.wanted == Some(page.route.id());
-        if is_wanted {
-            self.insert(page.route);
-        }
-        is_wanted
-    }
-
-    /// Takes note that the route `id` is needed, unless it is known.
-    pub fn want(&mut self, id: RouteId) {
-        if !self.known.contains_key(&id) && self.wanted != Some(id) {
-            (self.wanted, self.cursor) = (Some(id), PageCursor::default());
-        }
-    }
-
-    /// What to ask for at `now`: the route that is wanted, and again if it does not come.
-    pub fn ask(&mut self, now: MonotonicNs) -> Option<RouteRequest> {
-        let id = self.wanted?;
-        self.cursor.ask(now)?;
-        Some(RouteRequest { run: self.run, id })
+        self.0.insert(route.id(), route);
     }
 }
 
@@ -255,23 +215,5 @@ mod tests {
         assert_eq!(id(&[a, b]), id(&[a, b]));
         assert_ne!(id(&[a, b]), id(&[b, a]));
         assert_ne!(id(&[a]), id(&[a, a]));
-    }
-
-    #[test]
-    fn a_route_is_asked_for_until_it_comes_and_never_again() {
-        let mut routes = Routes::default();
-        routes.begin(RunId(1));
-        let wanted = route(3).unwrap();
-        routes.want(wanted.id());
-        let request = RouteRequest { run: RunId(1), id: wanted.id() };
-        assert_eq!(routes.ask(MonotonicNs(5)), Some(request));
-        assert_eq!(routes.ask(MonotonicNs(6)), None, "one request at a time");
-        assert_eq!(routes.ask(MonotonicNs(1_000_000_000)), Some(request));
-        assert!(!routes.page(RoutePage { run: RunId(2), route: wanted.clone() }));
-        assert!(!routes.page(RoutePage { run: RunId(1), route: route(4).unwrap() }), "nobody asked for it");
-        assert!(routes.page(RoutePage { run: RunId(1), route: wanted.clone() }));
-        routes.want(wanted.id());
-        assert_eq!(routes.ask(MonotonicNs(u64::MAX)), None);
-        assert_eq!(routes.get(wanted.id()), Some(&wanted));
     }
 }

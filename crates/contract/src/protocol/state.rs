@@ -105,4 +105,21 @@ impl State {
             last_timing: Timing::default(),
         }
     }
+
+    /// Whether a reader takes this state in place of `known`, in a mission of so many robots: it is of one of them, and
+    /// `known` has not replaced it.
+    #[must_use]
+    pub fn is_news(&self, robots: u16, known: Option<&State>) -> bool {
+        self.robot.0 < robots && !known.is_some_and(|known| self.is_older_than(known))
+    }
+
+    /// Whether `known`, of the same run, has replaced this state: published no earlier, it is of a later decision, or of
+    /// the same decision on another timeline. A lower decision published later is that of a journal that has lost its
+    /// tail.
+    #[must_use]
+    pub fn is_older_than(&self, known: &State) -> bool {
+        let behind = self.decision < known.decision
+            || (self.decision == known.decision && self.digest != known.digest);
+        self.run == known.run && behind && self.published <= known.published
+    }
 }

@@ -389,6 +389,15 @@ impl Team {
         acting.fold(RobotSet::NONE, |set, (robot, _)| set.with(robot))
     }
 
+    /// The last route that each robot announced, with the decision and the robot.
+    pub fn announced(&self) -> impl Iterator<Item = ((Decision, RobotId), RouteId)> + '_ {
+        let numbered = (0..).map(RobotId).zip(self.members.iter());
+        numbered.filter_map(|(robot, member)| {
+            let travel = member.travel.as_ref()?;
+            Some(((travel.announced?, robot), travel.route?))
+        })
+    }
+
     /// The robots that a life commands.
     pub fn led_by(&self, life: Incarnation) -> impl Iterator<Item = RobotId> + '_ {
         let numbered = (0..).map(RobotId).zip(self.members.iter());

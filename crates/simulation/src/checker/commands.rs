@@ -19,10 +19,10 @@ impl Checker {
     /// hopper-sim receives a command, and judges it before anything else happens.
     pub(crate) fn judged(&mut self, command: &Command, now: MonotonicNs) {
         let due = self.pacing.published.unwrap_or(self.pacing.began);
-        if self.recognised.contains(&(self.sim, command.incarnation)) {
+        if self.acquaintance.is_recognised(self.sim, command.incarnation) {
             return;
         }
-        let is_known = self.heard.contains_key(&(self.sim, command.incarnation));
+        let is_known = self.acquaintance.last_heard(self.sim, command.incarnation).is_some();
         let in_the_air = self.records.len() as u64 > due.0;
         let Some(before) = self.state_at(due) else { return };
         let robot = self.records.get(due.0 as usize).map_or_else(|| self.due(), |record| record.robot);
@@ -164,15 +164,15 @@ impl Checker {
         if leader.incarnation == incarnation && term == leader.term {
             return None;
         }
-        let heard = self.heard.get(&(incarnation, leader.incarnation)).map_or(0, |&(_, at)| at.0);
+        let heard = self.acquaintance.last_heard(incarnation, leader.incarnation).map_or(0, |at| at.0);
         // Silence counts only while somebody listens, and from when it knows who leads.
         let silent_since = heard.max(since.0).max(life.listening_since.get().0);
         let limit_ns = if is_gone { DEATH_SILENCE_NS } else { SILENCE_NS };
         // What it asks for may be what it got, and has not heard of yet.
         let led = run == self.mission.brief.run
-            && self.commanders.contains(&(robot, incarnation))
-            && self.terms.get(&(robot, term)) != Some(&incarnation);
-        let told = life.takeover && !led || self.handed_over.contains(&incarnation);
+            && self.succession.has_commanded(robot, incarnation)
+            && self.succession.of(robot, term) != Some(incarnation);
+        let told = life.takeover && !led || self.acquaintance.handed_over.contains(&incarnation);
         let cause = if leader.term == Term(0) {
             Some("vacancy")
         } else if told {

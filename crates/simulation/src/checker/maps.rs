@@ -60,14 +60,14 @@ impl Checker {
         let treasures = treasures.iter().filter_map(|cell| grid.index(*cell));
         let mut told: Vec<usize> = cells.iter().map(|cell| cell.index as usize).collect();
         told.extend(treasures);
-        let unseen = told.into_iter().find(|&index| !self.visible[index]);
+        let unseen = told.into_iter().find(|&index| !self.maps.visible[index]);
         self.require(unseen.is_none(), "the planner never knows an unseen cell", || {
             format!("cell {unseen:?} is on the map through decision {through}")
         });
     }
 
     fn right(&mut self, through: Decision, digest: Digest, observation: u64) {
-        let right = self.prints.get(&digest) == Some(&observation);
+        let right = self.maps.prints.get(&digest) == Some(&observation);
         self.require(right, "the map is that of the poses so far", || {
             format!("the map through decision {through}, digest {digest}, is another")
         });
@@ -78,14 +78,14 @@ impl Checker {
         let state = situation.state;
         // A hopper's planner takes the cells for impassable where other robots stand.
         let closed = closed(situation);
-        let is_own = self.prints.get(&state.digest) == Some(&situation.map.observation());
+        let is_own = self.maps.prints.get(&state.digest) == Some(&situation.map.observation());
         let covered = (is_own || !closed.is_empty())
             && situation.map.through == Some(state.decision)
             && situation.brief.run == state.run;
         self.require(covered, "nobody decides before the map covers the decision", || {
             format!("at decision {} the map goes through {:?}", state.decision, situation.map.through)
         });
-        let is_right = self.contents.get(&state.digest).is_some_and(|(cells, treasures)| {
+        let is_right = self.maps.contents.get(&state.digest).is_some_and(|(cells, treasures)| {
             let cells = cells.iter().enumerate().map(|(index, cell)| {
                 cell.map(|ground| Ground { passable: ground.passable && !closed.contains(&index), ..ground })
             });
@@ -102,18 +102,18 @@ impl Checker {
     pub(crate) fn had_seen(&self, due: Option<Decision>) -> bool {
         let before = Decision(due.unwrap_or_default().0.saturating_sub(2));
         self.state_at(before)
-            .and_then(|state| self.prints.get(&state.digest))
+            .and_then(|state| self.maps.prints.get(&state.digest))
             .is_some_and(|print| *print != 0)
     }
 
     /// The number of cells in view from each pose.
     pub(crate) fn disc_cells(&self) -> &[usize] {
-        &self.expected.disc_cells
+        &self.maps.expected.disc_cells
     }
 
     /// Treasures that are known and not collected.
     pub(crate) fn treasures_known(&self) -> usize {
-        self.expected.treasures().len()
+        self.maps.expected.treasures().len()
     }
 }
 

@@ -31,7 +31,7 @@ impl Checker {
         let grid = self.mission.brief.grid;
         let is_passable = |cell: Cell| {
             let index = grid.contains(cell).then(|| grid.index(cell)).flatten();
-            index.is_some_and(|index| self.expected.cells()[index].is_none_or(|ground| ground.passable))
+            index.is_some_and(|index| self.maps.expected.cells()[index].is_none_or(|ground| ground.passable))
         };
         let aim = |direction: &Direction| grid.hop(at, *direction);
         let is_open =

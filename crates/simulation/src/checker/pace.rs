@@ -2,7 +2,8 @@
 
 use contract::{Control, Decision, Incarnation, MonotonicNs, Order, Pace, RobotId, Role, State, Vetoed};
 
-use super::{Checker, Pacing};
+use super::Checker;
+use super::pacing::Pacing;
 use crate::life::Life;
 use crate::offers::Offers;
 use crate::reservation::Reservations;
@@ -98,7 +99,7 @@ impl Checker {
         if let Order::HandOver(incarnation) = order
             && incarnation == life.incarnation
         {
-            self.handed_over.insert(incarnation);
+            self.acquaintance.handed_over.insert(incarnation);
             if life.role == Role::Planner && life.map_whole.get() == Some(run) {
                 self.told_to_take_over(life);
             }

@@ -4,11 +4,11 @@
 //! on the same decision numbers stand for other hops, and what was folded of the old ones is void. The digest chain tells
 //! the two apart.
 
-use crate::{Decision, Digest, Record, State};
+use contract::{Decision, Digest, Record, State};
 
 /// The decisions that a reader has folded, and the digest after the last of them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
-pub struct Timeline {
+pub(crate) struct Timeline {
     due: Decision,
     /// `None` where only the start is known: the brief has its pose, but not its digest.
     digest: Option<Digest>,
@@ -25,6 +25,12 @@ impl Timeline {
     #[must_use]
     pub fn due(&self) -> Decision {
         self.due
+    }
+
+    /// The digest after the last decision folded, if it is known.
+    #[must_use]
+    pub fn digest(&self) -> Option<Digest> {
+        self.digest
     }
 
     /// Takes note that `record`, the one that is due, is folded.
@@ -59,25 +65,14 @@ impl Timeline {
     }
 }
 
-impl State {
-    /// Whether `known`, of the same run, has replaced this state: published no earlier, it is of a later decision, or of
-    /// the same decision on another timeline. A lower decision published later is that of a journal that has lost its
-    /// tail.
-    #[must_use]
-    pub fn is_older_than(&self, known: &State) -> bool {
-        let behind = self.decision < known.decision
-            || (self.decision == known.decision && self.digest != known.digest);
-        self.run == known.run && behind && self.published <= known.published
-    }
-}
-
 #[cfg(test)]
 mod tests {
-    use super::*;
-    use crate::{
+    use contract::{
         Action, Branch, Cell, Collected, Direction, Flight, Leader, MonotonicNs, Origin, Outcome, Pose,
         RobotId, RunId, Status, Timing, Vetoed,
     };
+
+    use super::*;
 
     fn record(decision: u64, action: Action, to: Cell, previous: Digest) -> Record {
         let branch = if action == Action::Hold { Branch::Held } else { Branch::Intended };

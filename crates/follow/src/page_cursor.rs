@@ -4,12 +4,12 @@
 //! that it lacks, asks again after a pause if no page comes, and takes a page only if it begins there. What the items
 //! are, and how they are folded, is the reader's business.
 
-use crate::MonotonicNs;
-use crate::limits::ASK_AGAIN_NS;
+use contract::MonotonicNs;
+use contract::limits::ASK_AGAIN_NS;
 
 /// The place of a reader among numbered items that are served in pages.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
-pub struct PageCursor {
+pub(crate) struct PageCursor {
     next: u64,
     asked: Option<MonotonicNs>,
 }
@@ -60,13 +60,8 @@ impl PageCursor {
         if self.asked.is_some_and(|asked| now.since_ns(asked) < pause_ns) {
             return None;
         }
-        Some(self.ask_at_once(now))
-    }
-
-    /// The item to ask for, whenever the last request was.
-    pub fn ask_at_once(&mut self, now: MonotonicNs) -> u64 {
         self.asked = Some(now);
-        self.next
+        Some(self.next)
     }
 }
 
@@ -97,7 +92,7 @@ mod tests {
     #[test]
     fn advancing_ends_the_pause_while_moving_and_starting_again_keep_it() {
         let mut cursor = PageCursor::default();
-        cursor.ask_at_once(MonotonicNs(5));
+        assert_eq!(cursor.ask(MonotonicNs(5)), Some(0));
         cursor.move_to(3);
         assert_eq!(cursor.ask(MonotonicNs(6)), None);
         assert_eq!(cursor.ask_after(MonotonicNs(6), 1), Some(3));

@@ -1,10 +1,12 @@
 //! How a reader gathers what is served of every cell of a lattice in pages.
 
-use crate::{Grid, MonotonicNs, PageCursor, Refusal, RunId};
+use contract::{Grid, MonotonicNs, Refusal, RunId};
+
+use crate::page_cursor::PageCursor;
 
 /// Gathers a value for every cell of one run's lattice page by page, asking until all are there.
 #[derive(Clone, Debug)]
-pub(super) struct Gathering<C> {
+pub(crate) struct Gathering<C> {
     run: Option<RunId>,
     cells: Vec<C>,
     cursor: PageCursor,

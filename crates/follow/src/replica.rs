@@ -14,11 +14,13 @@
 
 use std::collections::VecDeque;
 
-use crate::limits::PATCHES_BUFFERED;
-use crate::{
-    Brief, Cell, Grid, MapPage, MapPatch, MapRequest, MonotonicNs, ObservedMap, PageCursor, Refusal,
-    RefusalCounts, RobotId, RunId, SeenCell,
+use contract::limits::PATCHES_BUFFERED;
+use contract::{
+    Brief, Cell, Grid, MapPage, MapPatch, MapRequest, MonotonicNs, ObservedMap, Refusal, RefusalCounts,
+    RobotId, RunId, SeenCell,
 };
+
+use crate::page_cursor::PageCursor;
 
 /// The folded map of a mission.
 #[derive(Clone, Debug)]
@@ -106,7 +108,7 @@ impl Replica {
             return self.ask(now);
         }
         if untouched && follows(map, &patch) {
-            match apply(map, &patch) {
+            match map.apply(&patch) {
                 Ok(()) => {
                     self.follow_buffer();
                     // Whatever is newer than that shows that something is missing.
@@ -190,7 +192,7 @@ impl Replica {
         let Some(map) = &mut self.map else { return };
         while let Some(patch) = self.buffer.pop_front_if(|patch| patch.sequence <= map.sequence + 1) {
             if follows(map, &patch)
-                && let Err(refusal) = apply(map, &patch)
+                && let Err(refusal) = map.apply(&patch)
             {
                 self.refusals.count(&refusal);
             }
@@ -235,31 +237,4 @@ fn learn_all(map: &mut ObservedMap, cells: &[SeenCell], treasures: &[Cell]) {
         map.learn_visited(cell.index as usize, cell.ground, cell.visits);
     }
     map.set_treasures(treasures);
-}
-
-/// Folds a patch in, if its cells make what it says they make.
-fn apply(map: &mut ObservedMap, patch: &MapPatch) -> Result<(), Refusal> {
-    let treasures = ObservedMap::treasures_step(map.treasures(), &patch.treasures);
-    let step = patch.cells.iter().fold(treasures, |sum, cell| {
-        let index = cell.index as usize;
-        sum.wrapping_add(map.step(index, &cell.ground, cell.visits))
-    });
-    let after = map.observation().wrapping_add(step);
-    if after != patch.after {
-        let need = format!("{after:016x}, which its cells make");
-        return Err(Refusal::malformed("map.after", &need, format!("{:016x}", patch.after)));
-    }
-    let is_seen = |cell: &&Cell| {
-        let index = map.grid.index(**cell).expect("a treasure lies on the lattice") as u32;
-        map.ground(**cell).is_some() || patch.cells.binary_search_by_key(&index, |cell| cell.index).is_ok()
-    };
-    if let Some(cell) = patch.treasures.iter().find(|cell| !is_seen(cell)) {
-        return Err(Refusal::malformed("map.treasures", "seen cells", cell));
-    }
-    map.learn_checked(&patch.cells, &patch.treasures, step);
-    map.sequence = patch.sequence;
-    (map.through, map.digest) = ((patch.more == 0).then_some(patch.through), patch.digest);
-    (map.sensed, map.published) = (patch.sensed, patch.published);
-    map.mark();
-    Ok(())
 }

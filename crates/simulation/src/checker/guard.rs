@@ -1,0 +1,105 @@
+//! What the guard vetoes, and what the fallback does at the deadline.
+
+use contract::{Action, Branch, Cell, Leader, Origin, Record, RobotId, State, Vetoed};
+
+use super::Checker;
+use crate::expected::design;
+
+impl Checker {
+    /// hopper-sim has executed a command just now.
+    pub(crate) fn executed(&mut self, record: &Record) {
+        if let Action::Announce(_) = record.action {
+            self.offers.announced(record.robot);
+        }
+        let leader = record.leader.incarnation;
+        // The fallback leaves the command with whom it was.
+        let refused = !record.origin.is_fallback() && self.acquaintance.foreign.contains(&leader);
+        self.require(!refused, "a process of another build is not obeyed", || {
+            format!("decision {} was commanded by {leader}, which is of another build", record.decision)
+        });
+        let hops = self.mission.brief.is_of_hopper() && record.robot == RobotId(0);
+        let goes_to_own_goal = self.is_turn_of_own_way();
+        self.require(
+            !(goes_to_own_goal && record.origin == Origin::Policy),
+            "no policy is followed where hoppers have goals of their own",
+            || format!("decision {} followed one", record.decision),
+        );
+        if record.origin == Origin::Policy && hops {
+            // The decision after that which reached the last goal.
+            let visits = self.records.last().map_or(0, |last| last.visits);
+            let leg_began = self.records.iter().position(|record| record.visits == visits);
+            let leg_began = if visits == 0 { 0 } else { leg_began.map_or(0, |index| index as u64 + 1) };
+            let policy = self.policy;
+            let run = self.mission.brief.run;
+            let leads_here = policy.is_some_and(|(of, planner, decision)| {
+                of == run && planner == record.leader.planner && decision.0 >= leg_began
+            });
+            self.require(leads_here, "the fallback follows a policy for the goal in force", || {
+                format!("decision {} followed {policy:?}; its leg began at {leg_began}", record.decision)
+            });
+        }
+    }
+
+    /// The probability that `action` ends off the map or on ground known to be impassable, from the observed
+    /// map alone: what anybody could know who has seen what the hopper that is due has.
+    pub(super) fn hazard(&self, from: Cell, action: Action) -> f64 {
+        let brief = &self.mission.brief;
+        let known = |cell: Cell| self.maps.expected.cells()[brief.grid.index(cell)?].as_ref();
+        let (Action::Hop(direction), Some(ground)) = (action, known(from)) else { return 0.0 };
+        let due = self.mixed().and_then(|mixed| mixed.due()).unwrap_or(RobotId(0));
+        let scatter = motion::transition(&design(brief, due).motion, ground, direction);
+        let ruins = |branch: &Branch| {
+            let to = motion::landing(&brief.grid, from, direction, *branch);
+            !brief.grid.contains(to) || known(to).is_some_and(|ground| !ground.passable)
+        };
+        Branch::ALL.into_iter().filter(ruins).map(|branch| scatter.probability(branch)).sum()
+    }
+
+    /// Actions that the guard should veto at `from`, which is where the hopper is; of several robots, those that lead the one
+    /// that is due where it cannot stand or may be trapped.
+    pub(super) fn to_veto(&self, from: Cell) -> Vetoed {
+        if !self.robots.is_turn_of_hopper() {
+            return self.robots.blocked(&self.mission);
+        }
+        let mixed = self.mixed().and_then(|mixed| Some((mixed.own_way()?, mixed.blocked(&self.mission))));
+        let (from, blocked) = mixed.map_or((from, Vetoed::NONE), |([.., at], blocked)| (at, blocked));
+        let hazard_max = self.mission.brief.guard.hazard_max;
+        let hazards = Action::ALL.into_iter().filter(|&action| self.hazard(from, action) > hazard_max);
+        hazards.fold(blocked, Vetoed::with)
+    }
+
+    /// The guard did its duty at the decision of `record`, and no more.
+    pub(super) fn guarded(&mut self, before: &State, record: &Record) {
+        let (due, action) = (record.decision, record.action);
+        let need = self.to_veto(before.pose.cell);
+        self.require(!need.has(action), "nothing dangerous is executed", || {
+            format!("decision {due} was {action} from {}", before.pose.cell)
+        });
+        self.require(
+            record.vetoed.union(need) == need,
+            "only what is seen to be dangerous is vetoed",
+            || format!("decision {due}: {:?} were vetoed, {need:?} are dangerous", record.vetoed),
+        );
+    }
+
+    /// The fallback acted when it should, and left the command where it was.
+    pub(super) fn fell_back(&mut self, leader: Leader, record: &Record) {
+        let deadline_ns = self.mission.brief.guard.deadline_ns;
+        let timing = &record.timing;
+        let waited_ns = timing.accepted.since_ns(timing.state_published);
+        let due = deadline_ns > 0 && waited_ns >= deadline_ns && record.leader == leader;
+        self.require(due, "nobody falls back before the deadline", || {
+            format!("decision {} after {waited_ns} of {deadline_ns} ns", record.decision)
+        });
+        let need = if self.robots.is_turn_of_hopper() {
+            self.greedy_on_own_way()
+        } else {
+            Some(self.robots.fallback(&self.mission))
+        };
+        let Some(need) = need else { return };
+        let got = (record.action, record.origin);
+        self.require(got == need, "at the deadline a robot goes on along its way, or holds", || {
+            format!("decision {} was {got:?}, needs {need:?}", record.decision)
+        });
+    }
+}
