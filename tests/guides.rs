@@ -126,9 +126,11 @@ fn unoptimised(manifest: &str) -> String {
     assert!(manifest.contains(section), "Cargo.toml needs {section:?}");
     let lock = read("Cargo.lock");
     let ours = lock.split("[[package]]").skip(1).filter(|package| !package.contains("\nsource = "));
-    let names = ours.map(|package| package.split('"').nth(1).unwrap());
-    let lines: String = names.map(|name| format!("{name} = {{ opt-level = 0 }}\n")).collect();
-    let kept = manifest.lines().filter(|line| !line.ends_with("{ opt-level = 3 }"));
+    let names: BTreeSet<&str> = ours.map(|package| package.split('"').nth(1).unwrap()).collect();
+    let lines: String = names.iter().map(|name| format!("{name} = {{ opt-level = 0 }}\n")).collect();
+    let is_level_of_ours =
+        |line: &str| line.split_once(" = { opt-level = ").is_some_and(|(name, _)| names.contains(name));
+    let kept = manifest.lines().filter(|line| !is_level_of_ours(line));
     let kept: String = kept.flat_map(|line| [line, "\n"]).collect();
     kept.replacen(section, &(section.to_owned() + &lines), 1)
 }

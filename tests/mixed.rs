@@ -186,10 +186,9 @@ fn any_process_of_an_expedition_may_die_and_the_journal_is_that_of_lockstep() {
     let words =
         |robot: usize| ["--robot", ["0", "1", "2", "3", "4", "5"][robot], "--algorithm", PLANNERS[robot]];
     let mut sim = mission.start_sim_until(50, &sim_words);
-    let mut unsuited = mission.start("planner", &["--robot", "5", "--algorithm", "mdp", "--takeover"]);
-    unsuited.await_log("robot 5 of scenario expedition needs one of the planners");
     let mut perception = mission.start("perception", &[]);
     let mut planners: Vec<_> = (0..6).map(|robot| mission.start("planner", &words(robot))).collect();
+    let mut unsuited = mission.start("planner", &["--robot", "5", "--algorithm", "mdp", "--takeover"]);
     mission.await_decisions(20);
     planners[2].kill();
     planners[2] = mission.start("planner", &words(2));
@@ -203,6 +202,7 @@ fn any_process_of_an_expedition_may_die_and_the_journal_is_that_of_lockstep() {
     planners[5] = mission.start("planner", &words(5));
     let greedy = ["--robot", "3", "--algorithm", "greedy"];
     let (mut sim, mut greedy) = mission.hand_over(begun, &sim_words, Some(&planners[3]), &greedy);
+    unsuited.await_log("robot 5 of scenario expedition needs one of the planners");
     assert_eq!(sim.code(), 0, "{}", sim.log());
     unsuited.kill();
     for process in planners.iter_mut().chain([&mut perception, &mut greedy]) {

@@ -25,6 +25,7 @@
 #![warn(clippy::disallowed_methods)]
 
 pub mod action;
+mod field;
 pub mod grid;
 pub mod ground;
 pub mod identity;

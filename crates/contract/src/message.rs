@@ -7,7 +7,7 @@ use std::fmt::Debug;
 
 use serde::Serialize;
 
-use crate::wire::Field;
+use crate::field::Field;
 use crate::{Refusal, RobotId, Role};
 
 /// A type that may cross shared memory under a versioned name.

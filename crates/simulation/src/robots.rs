@@ -7,8 +7,8 @@ use std::sync::Arc;
 
 use contract::{
     Action, Announcement, Branch, Brief, Cell, Collected, Decision, Digest, Direction, Flight, Leader,
-    Origin, Outcome, Placement, Pose, Record, Robot, RobotId, RobotSet, RunId, Sensor, Standing, State,
-    Status, Team, Vehicle, Vetoed,
+    Origin, Outcome, Pose, Record, Robot, RobotId, RobotSet, RunId, Sensor, Standing, State, Status, Team,
+    Vehicle, Vetoed,
 };
 use hopper_sim::Mission;
 use hopper_sim::dynamics::Execution;
@@ -39,13 +39,6 @@ enum Task {
     Open,
     Done,
     Failed(Status),
-}
-
-/// The robots of a mission: a hopper alone if there is no fleet.
-pub(crate) fn robots_of(mission: &Mission) -> Vec<Robot> {
-    let start = Placement { cell: mission.brief.start, heading: Direction::North };
-    let alone = || vec![Robot { vehicle: Vehicle::Hopper, sensor: Sensor::Disc, start }];
-    mission.fleet.as_ref().map_or_else(alone, |fleet| fleet.robots.clone())
 }
 
 impl Robots {

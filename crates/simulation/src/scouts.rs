@@ -5,8 +5,9 @@
 use std::collections::BTreeMap;
 
 use contract::{
-    Action, Announcement, Branch, Cell, Decision, Digest, DriveSpeed, Flight, Leader, Outcome, Placement,
-    Pose, Record, Robot, RobotId, RouteId, RunId, SpeedPrior, Standing, Team, Travel, Vehicle, Waypoint,
+    Action, Announcement, Branch, Cell, Decision, Digest, Direction, DriveSpeed, Flight, Leader, Outcome,
+    Placement, Pose, Record, Robot, RobotId, RouteId, RunId, Sensor, SpeedPrior, Standing, Team, Travel,
+    Vehicle, Waypoint,
 };
 use helicopter::Swath;
 use hopper_sim::Mission;
@@ -15,7 +16,6 @@ use terrain::Terrain;
 use xxhash_rust::xxh3::xxh3_64;
 
 use crate::expected::Shown;
-use crate::robots::robots_of;
 
 mod guard;
 
@@ -38,6 +38,13 @@ pub(crate) fn fingerprint(points: &[Waypoint]) -> RouteId {
         .flat_map(|metres| metres.to_bits().to_le_bytes())
         .collect();
     RouteId(xxh3_64(&bytes).max(1))
+}
+
+/// The robots of a mission: a hopper alone if there is no fleet.
+fn robots_of(mission: &Mission) -> Vec<Robot> {
+    let start = Placement { cell: mission.brief.start, heading: Direction::North };
+    let alone = || vec![Robot { vehicle: Vehicle::Hopper, sensor: Sensor::Disc, start }];
+    mission.fleet.as_ref().map_or_else(alone, |fleet| fleet.robots.clone())
 }
 
 #[derive(Clone, Debug)]

@@ -57,8 +57,12 @@ impl RobotTeam {
         let mut roster = Roster::new(brief, fleet);
         let starts = roster.entries().map(|(_, entry)| entry.robot.vehicle.start());
         let travels = Travels::new(starts);
-        let ground = brief.scout.map(|_| UncertainGround::new(&roster, brief, terrain));
-        let coverage = brief.cover.map(|_| Coverage::new(&mut roster, brief, terrain));
+        let has =
+            |is_one: fn(Vehicle) -> bool| roster.entries().any(|(_, entry)| is_one(entry.robot.vehicle));
+        let drives = has(|vehicle| matches!(vehicle, Vehicle::Driver { .. }));
+        let covers = has(|vehicle| matches!(vehicle, Vehicle::Rover { .. }));
+        let ground = drives.then(|| UncertainGround::new(&roster, brief, terrain));
+        let coverage = covers.then(|| Coverage::new(&mut roster, brief, terrain));
         let required = match brief.mixed {
             Some(mixed) => mixed.required,
             None => required(&roster),

@@ -5,6 +5,8 @@
 //! the documented test command outside of CI. What was left out is noted in a file of the target folder, which `.ci/run` prints.
 //! A change elsewhere that breaks a suite is found by the next run of all.
 
+#![warn(clippy::disallowed_methods)]
+
 use std::fmt::Write as _;
 use std::fs;
 use std::io::{self, Write as _};

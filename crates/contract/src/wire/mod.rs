@@ -28,10 +28,10 @@ mod team;
 mod tests;
 mod truth;
 
+pub use crate::field::Field;
 pub use brief::{BriefV9, DesignV1, SoilMotionV1};
 pub use command::CommandV3;
 pub use control::{ControlV1, TempoV1};
-pub use declaration::Field;
 pub use ground::GroundV2;
 pub use heartbeat::HeartbeatV2;
 pub use map::{MapPageV2, MapPatchV2, MapRequestV1, SeenCellV3, map_page_from_wire, patch_from_wire};
