@@ -118,7 +118,8 @@ fn a_journal_of_a_newer_format_is_refused_with_the_build_that_wrote_it() {
 #[test]
 fn a_field_of_the_header_that_is_not_known_is_refused_by_name() {
     let (dir, bytes) = begun(&header("expedition"));
-    let cases: [(&str, fn(&mut Value)); 4] = [
+    type Change = fn(&mut Value);
+    let cases: [(&str, Change); 4] = [
         ("weather", |text| text["weather"] = json!({ "wind": 1.0 })),
         ("brief.guard.patience", |text| text["brief"]["guard"]["patience"] = json!(null)),
         ("brief.motion.hard.tilt", |text| text["brief"]["motion"]["hard"]["tilt"] = json!([])),

@@ -19,6 +19,7 @@ pub(crate) trait Codec<W> {
     fn to_wire(&self, value: &Self::Value) -> W;
 
     /// The value of what was received; `field` names it in the refusal of one out of range.
+    #[allow(clippy::wrong_self_convention, reason = "the codec converts, not the value")]
     fn from_wire(&self, field: &str, wire: W) -> Result<Self::Value, Refusal>;
 
     /// What is accepted, in words.

@@ -28,7 +28,6 @@ mod team;
 mod tests;
 mod truth;
 
-pub use crate::field::Field;
 pub use brief::{BriefV9, DesignV1, SoilMotionV1};
 pub use command::CommandV3;
 pub use control::{ControlV1, TempoV1};
@@ -45,6 +44,7 @@ pub use state::StateV4;
 pub use team::{MemberV5, TeamHeaderV1, team_from_wire};
 pub use truth::{TruthPageV1, TruthRequestV1, truth_page_from_wire};
 
+pub use crate::field::Field;
 use crate::limits::{CELL_SIZE_MIN_M, GRID_SIDE_MAX, LENGTH_MAX_M, TREASURES_MAX};
 use crate::message::Visitor;
 pub use crate::message::Wire;
