@@ -14,7 +14,7 @@
 //! Nothing is known to the world before the journal holds it; what the journal holds is published again
 //! and again until the world has moved on.
 //!
-//! Before a command is executed the [`Guard`] judges it. What it vetoes is refused by name and published with the
+//! Before a command is executed the [`Guard`](crate::Guard) judges it. What it vetoes is refused by name and published with the
 //! state, so that a planner chooses again. If a deadline is given and no command is accepted until then, the
 //! fallback acts in the planner's stead, and the record says so.
 

@@ -11,8 +11,8 @@ pub enum Effect {
     RequestPrior(PriorRequest),
     /// Ask for the points of a route.
     RequestRoute(RouteRequest),
-    /// Plan for [`crate::Pilot::situation`], then report [`crate::pilot::Event::Planned`]; unless the plan was reported
-    /// meanwhile ([`crate::Pilot::awaits_plan`]).
+    /// Plan for [`crate::pilot::Pilot::situation`], then report [`crate::pilot::Event::Planned`]; unless the plan was reported
+    /// meanwhile ([`crate::pilot::Pilot::awaits_plan`]).
     Plan,
     /// Send the command.
     Send(Command),

@@ -261,7 +261,8 @@ impl Scratch {
         let ran = output(&mut example, "the example `seeds`")?;
         let text = String::from_utf8_lossy(&ran.stdout);
         let last = text.lines().last().unwrap_or_default();
-        match (ran.status.code(), broken(last)) {
+        // What a panic says may go on in further lines.
+        match (ran.status.code(), text.lines().rev().find_map(broken)) {
             // 3: no promise was broken, but something rare never came up.
             (Some(0 | 3), _) => Ok(Seen::Unbroken(last.to_owned())),
             (Some(1), Some((seed, promise, detail))) => Ok(Seen::Broken(seed, promise.into(), detail.into())),
