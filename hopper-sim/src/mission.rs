@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use contract::{
-    Brief, Digest, Ground, PriorCell, PriorPage, PriorRequest, RobotId, SpeedPrior, Status, Task, TruthPage,
+    Brief, Digest, Ground, PriorCell, PriorPage, PriorRequest, RobotId, SpeedPrior, Status, TruthPage,
     TruthRequest,
 };
 use scenario::Fleet;
@@ -75,5 +75,6 @@ pub fn genesis(brief: &Brief, seed: u64) -> Digest {
 /// How a mission stands before its first command: there already, if it starts at its goal.
 #[must_use]
 pub fn opening_status(brief: &Brief) -> Status {
-    if brief.start == brief.goal && brief.task() == Task::Reach { Status::Goal } else { Status::Underway }
+    let is_there = brief.start == brief.goal && brief.is_of_hopper() && brief.patrol.is_none();
+    if is_there { Status::Goal } else { Status::Underway }
 }

@@ -296,7 +296,7 @@ impl Watcher {
                     mission.tally.fold(&Executed::from(record));
                     mission.past.fold(record);
                 }
-                Link::Apart => {}
+                Link::OtherDecision => {}
                 Link::Broken => {
                     let need = mission.tally.last.map_or_else(String::new, |last| {
                         format!("{} of decision {}", last.digest, last.decision)
@@ -304,7 +304,7 @@ impl Watcher {
                     mission.refusals.count(&Refusal::malformed("past.previous", &need, record.previous));
                     break;
                 }
-                Link::Void => {
+                Link::PastIsLost => {
                     mission.begin_anew();
                     break;
                 }

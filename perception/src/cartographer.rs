@@ -511,9 +511,9 @@ impl Cartographer {
             }
             match self.past.link(record) {
                 Link::Next => {}
-                Link::Apart => continue,
+                Link::OtherDecision => continue,
                 Link::Broken => return Vec::new(),
-                Link::Void => {
+                Link::PastIsLost => {
                     self.forget();
                     return Vec::new();
                 }

@@ -10,18 +10,28 @@ pub(crate) struct Gathering<C> {
     run: Option<RunId>,
     cells: Vec<C>,
     cursor: PageCursor,
+    /// Whether all cells have been handed out.
+    is_whole: bool,
 }
 
 impl<C> Default for Gathering<C> {
     fn default() -> Self {
-        Self { run: None, cells: Vec::new(), cursor: PageCursor::default() }
+        Self { run: None, cells: Vec::new(), cursor: PageCursor::default(), is_whole: false }
     }
 }
 
 impl<C: Copy> Gathering<C> {
-    /// Begins to gather for `run`, and forgets any other.
+    /// Begins to gather for `run`, and forgets any other; the same run again changes nothing.
     pub fn begin(&mut self, run: RunId) {
-        *self = Self { run: Some(run), ..Self::default() };
+        if self.run != Some(run) {
+            *self = Self { run: Some(run), ..Self::default() };
+        }
+    }
+
+    /// Whether cells of the run are missing.
+    #[must_use]
+    pub fn is_missing(&self) -> bool {
+        self.run.is_some() && !self.is_whole
     }
 
     /// Takes the cells of a page that begins at index `from`; all cells in index order once they are there, which are
@@ -35,7 +45,7 @@ impl<C: Copy> Gathering<C> {
         (run, grid, from): (RunId, &Grid, u32),
         mut cells: Vec<C>,
     ) -> Result<Option<Vec<C>>, Refusal> {
-        if self.run != Some(run) || u64::from(from) != self.cursor.next() {
+        if self.run != Some(run) || self.is_whole || u64::from(from) != self.cursor.next() {
             return Ok(None);
         }
         let missing = grid.cells().saturating_sub(self.cells.len());
@@ -54,12 +64,15 @@ impl<C: Copy> Gathering<C> {
         if !is_last {
             return Ok(None);
         }
-        self.run = None;
+        self.is_whole = true;
         Ok(Some(std::mem::take(&mut self.cells)))
     }
 
     /// The run and the first index to ask for at `now`: the next page, or the same again if it does not come.
     pub fn ask(&mut self, now: MonotonicNs) -> Option<(RunId, u32)> {
+        if self.is_whole {
+            return None;
+        }
         Some((self.run?, self.cursor.ask(now)? as u32))
     }
 }

@@ -15,8 +15,8 @@
 //! All of them wait equally long for an answer, [`ASK_AGAIN_NS`](contract::limits::ASK_AGAIN_NS), then ask again; the next
 //! page is asked for at once. Readers differ in what they fold, and in three points that follow from it:
 //!
-//! - perception folds no record beyond its state, since a map is that of one state; the monitor folds all that it gets,
-//!   so it has to tell late states apart ([`PastFollower::is_late`]).
+//! - perception folds no record beyond its state, since a map is that of one state; monitor and recorder fold all that
+//!   they get, so they have to tell late states apart ([`PastFollower::is_late`]).
 //! - perception and monitor take the last decision from a state; a recorder needs the record itself, and asks for it now
 //!   and then only ([`PastFollower::ask_after`]), as it would otherwise ask after each decision.
 //! - a planner keeps the prior; displays take it once and keep what they make of it ([`PriorFollower::take`]).

@@ -27,11 +27,11 @@ pub enum Link {
     /// It is the next one: fold it, then [`PastFollower::fold`].
     Next,
     /// It is of another decision than the one that is due.
-    Apart,
+    OtherDecision,
     /// It is of the decision that is due, and of another past. The record before it is asked for.
     Broken,
     /// What is folded is not in the journal: begin anew.
-    Void,
+    PastIsLost,
 }
 
 impl PastFollower {
@@ -77,10 +77,14 @@ impl PastFollower {
     /// How `record` continues what is folded.
     pub fn link(&mut self, record: &Record) -> Link {
         if self.doubts && self.timeline.is_not_after(record) {
-            return Link::Void;
+            return Link::PastIsLost;
+        }
+        if self.doubts && record.decision.next() == self.due() {
+            // It is as it was folded: the record that was due was wrong, and is asked for again.
+            self.doubts = false;
         }
         if record.decision != self.due() {
-            return Link::Apart;
+            return Link::OtherDecision;
         }
         if self.timeline.is_broken_by(record) {
             self.doubts = true;
@@ -193,17 +197,18 @@ mod tests {
         let (own, other) = (journal(Digest([1; 32]), 4), journal(Digest([2; 32]), 4));
         let mut past = followed(&own[..2]);
         assert_eq!(asks(&mut past, 1), Some(2));
-        assert_eq!(past.link(&own[3]), Link::Apart);
-        assert_eq!(past.link(&other[1]), Link::Apart, "nobody doubts");
+        assert_eq!(past.link(&own[3]), Link::OtherDecision);
+        assert_eq!(past.link(&other[1]), Link::OtherDecision, "nobody doubts");
         assert_eq!(past.link(&other[2]), Link::Broken);
         assert_eq!(asks(&mut past, 2), Some(1), "the record before is asked for at once");
         assert_eq!(asks(&mut past, 3), None);
         let mut misled = past;
-        assert_eq!(past.link(&own[1]), Link::Apart);
+        assert_eq!(past.link(&own[1]), Link::OtherDecision);
+        assert_eq!(asks(&mut past, 3), Some(2), "the record before is as it was");
         assert_eq!(past.link(&own[2]), Link::Next, "that record was wrong");
         past.fold(&own[2]);
-        assert_eq!(asks(&mut past, 3), Some(3));
-        assert_eq!(misled.link(&other[1]), Link::Void, "what was folded is gone");
+        assert_eq!(asks(&mut past, 4), Some(3));
+        assert_eq!(misled.link(&other[1]), Link::PastIsLost, "what was folded is gone");
         misled.begin_anew();
         assert_eq!((misled.due(), misled.knows_its_past()), (Decision(0), false));
         assert_eq!(misled.link(&other[0]), Link::Next);

@@ -10,7 +10,6 @@ pub struct PriorFollower {
     /// The run and the lattice whose prior is gathered; `None` where speeds are certain.
     of: Option<(RunId, Grid)>,
     pages: Gathering<PriorCell>,
-    is_whole: bool,
     prior: Option<Prior>,
 }
 
@@ -38,7 +37,7 @@ impl PriorFollower {
     /// Whether pages of it are missing.
     #[must_use]
     pub fn is_missing(&self) -> bool {
-        self.of.is_some() && !self.is_whole
+        self.pages.is_missing()
     }
 
     /// Takes a page that was asked for; one of another run or place changes nothing.
@@ -51,7 +50,7 @@ impl PriorFollower {
             return Err(Refusal::malformed("prior.grid", "the brief's", format!("{grid:?}")));
         }
         if let Some(cells) = self.pages.page("prior.cells", (run, &grid, from), cells)? {
-            (self.is_whole, self.prior) = (true, Some(Prior { run, grid, cells }));
+            self.prior = Some(Prior { run, grid, cells });
         }
         Ok(())
     }

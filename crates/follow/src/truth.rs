@@ -9,7 +9,7 @@ use crate::gathering::Gathering;
 pub struct TruthFollower(Gathering<Ground>);
 
 impl TruthFollower {
-    /// Begins to gather the truth of `run`, and forgets any other.
+    /// Begins to gather the truth of `run`, and forgets any other; the same run again changes nothing.
     pub fn begin(&mut self, run: RunId) {
         self.0.begin(run);
     }

@@ -146,6 +146,17 @@ fn a_patrol_with_a_helicopter_has_as_many_hops_as_one_alone() {
     assert!(records.len() > 130, "{} decisions", records.len());
 }
 
+/// P-ACCOMPANIED-PATROL.
+#[test]
+fn the_limit_of_steps_ends_neither_a_patrol_nor_its_helicopter() {
+    let patrol = "[mission]\nkind = \"patrol\"\ngoals = [[1, 2], [48, 2]]\nhops_max = 120\n\n[limits]";
+    let world = world(&[("[limits]", patrol), ("steps_max = 800", "steps_max = 8")]);
+    let (flown, records) = fly(&world, 1, &own_planners(&world));
+    assert_eq!(flown.state.status, Status::Goal);
+    let flights = records.iter().filter(|record| record.robot == HELICOPTER).count();
+    assert!(flights > 8, "{flights} actions of the helicopter");
+}
+
 /// P-ACCOMPANIED-BUDGET: A hopper's helicopter flies no farther than its budget.
 #[test]
 fn a_helicopter_flies_no_farther_than_its_budget() {

@@ -9,7 +9,7 @@ use contract::{
 };
 use coverage::{Algorithm, Knowledge};
 use coverage_world::{Fault, Sensing, Setup, World};
-use hopper_sim::Mission;
+use hopper_sim::{Arbiter, Mission, Pace};
 use lockstep::PlannerSchedule;
 use scenario::Fleet;
 use terrain::Terrain;
@@ -173,6 +173,24 @@ fn a_rover_that_fails_stays_where_it_is_and_the_others_go_on_as_in_the_engine() 
         }
     }
     assert_eq!(covered, 120, "two of three rovers cover for the third, and one for two");
+}
+
+/// P-COVER-RECALL: Whoever takes up the journal of a single rover has it where it was, with all that it has covered.
+#[test]
+fn a_single_rover_is_taken_up_where_it_was() {
+    let case = Case::new((6, 6), 0.0, 1, Algorithm::ALL[0], 3);
+    let (flown, records) = case.fly();
+    assert_eq!(flown.state.status, Status::Goal);
+    for count in [1, 5, records.len()] {
+        let last = &records[count - 1];
+        let mut arbiter = Arbiter::new(case.mission(), Some(last), Pace::Max, 0, MonotonicNs(0));
+        arbiter.recall(&records[..count]);
+        let took_s: f64 = records[..count].iter().map(|record| record.outcome.flight.flight_time_s).sum();
+        let rover = arbiter.team().unwrap().members[0];
+        assert_eq!((rover.at.cell, rover.ready_at_ns), (last.pose.cell, (took_s * 1e9).round() as u64));
+        let standing = if count == records.len() { Standing::Done } else { Standing::Active };
+        assert_eq!(rover.standing, standing, "after {count} decisions");
+    }
 }
 
 /// P-COVER-LIMIT: A coverage mission that runs out of actions ends as a deadlock.

@@ -321,16 +321,14 @@ impl Transcript {
     }
 
     fn on_state(&mut self, state: &State, now: MonotonicNs) {
-        if !self.is_of_run(state.run, state.robot) {
-            return;
-        }
-        if self.state.is_some_and(|known| state.is_older_than(&known)) {
+        let Some(brief) = self.brief else { return };
+        if state.run != brief.run || !state.is_news(brief.robots, self.state.as_ref()) {
             return;
         }
         let gap = self.gaps.state(state);
         self.record_gap(gap, now);
         let before = self.state.replace(*state);
-        if self.past.is_contradicted_by(state) {
+        if self.past.is_contradicted_by(state) && !self.past.is_late(state) {
             // A journal that has lost its tail, or was flown on elsewhere: those decisions are executed again.
             self.forget_past();
         }
@@ -378,9 +376,9 @@ impl Transcript {
                     self.routes.record(record);
                     self.past.fold(record);
                 }
-                Link::Apart => {}
+                Link::OtherDecision => {}
                 Link::Broken => return None,
-                Link::Void => {
+                Link::PastIsLost => {
                     self.forget_past();
                     return None;
                 }

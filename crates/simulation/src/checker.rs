@@ -228,7 +228,7 @@ impl Checker {
 
     /// The hop of `record`, which was committed, is in the air.
     pub(crate) fn launched(&mut self, record: &Record, now: MonotonicNs) {
-        let lasts_ns = self.robots.lasts_ns(&record.outcome);
+        let lasts_ns = self.robots.lasts_ns(&self.mission, &record.outcome);
         self.pacing.tempo.committed(lasts_ns, now);
     }
 

@@ -74,10 +74,10 @@ impl Robots {
         self.scouts.announce(announcement);
     }
 
-    /// Simulated time from the beginning of the last action, which came to `outcome`, to that of the next, nanoseconds: all of it
-    /// where a robot is alone.
-    pub fn lasts_ns(&self, outcome: &Outcome) -> u64 {
-        if self.headings.len() > 1 {
+    /// Simulated time from the beginning of the last action, which came to `outcome`, to that of the next, nanoseconds: the
+    /// whole action of a hopper alone.
+    pub fn lasts_ns(&self, mission: &Mission, outcome: &Outcome) -> u64 {
+        if mission.brief.has_team() {
             return self.scouts.lasts_ns();
         }
         let Flight { flight_time_s, flights, .. } = outcome.flight;
@@ -351,7 +351,7 @@ impl Robots {
             return;
         }
         self.scouts.note(record);
-        if self.headings.len() == 1 {
+        if !mission.brief.has_team() {
             // Those of earlier lives, which need not all be noted.
             self.scouts.scouts[0].actions = record.decision.0;
         }
@@ -420,7 +420,8 @@ impl Robots {
     fn end_if_over(&mut self, mission: &Mission, number: usize, steps: u64) {
         let scout = &self.scouts.scouts[number];
         let is_spent = scout.actions - scout.waited >= self.scouts.actions_max;
-        let gives_up = is_spent && !self.required.has(RobotId(number as u16));
+        let gives_up =
+            is_spent && !self.required.has(RobotId(number as u16)) && !mission.brief.is_of_hopper();
         let end = match scout.robot.vehicle {
             Vehicle::Hopper | Vehicle::HopperTo { .. } => match mission.terrain.ground(scout.cell) {
                 Some(ground) if ground.passable => {

@@ -175,6 +175,7 @@ impl Missions {
         match self {
             Missions::Hopper => 1,
             Missions::Mixed => mixed::robots(seed),
+            Missions::Rovers if Chance::new(seed, "alone").one_in(8) => 1,
             Missions::Rovers | Missions::Scouts | Missions::Accompanied => {
                 Chance::new(seed, "robots").between(2, 3) as u16
             }
@@ -222,7 +223,7 @@ impl Missions {
         let count = self.robots(seed);
         let mut left = RobotSet::first(count);
         let mut seats = Vec::new();
-        if self == Missions::Rovers && chance.one_in(3) {
+        if self == Missions::Rovers && chance.one_in(3) && count > 1 {
             seats.push(Seat { planner: self.algorithm(chance), robots: RobotSet::first(2) });
             left = RobotSet(left.0 & !3);
         }

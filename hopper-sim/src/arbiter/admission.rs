@@ -42,7 +42,7 @@ impl Arbiter {
     }
 
     /// Who leads once `command` is executed; or why it is not.
-    pub(super) fn judge(&self, command: &Command, now: MonotonicNs) -> Result<Leader, Refusal> {
+    fn judge(&self, command: &Command, now: MonotonicNs) -> Result<Leader, Refusal> {
         let Command { run, robot, decision, incarnation, .. } = *command;
         let need = self.state.decision;
         if run != self.state.run {
@@ -84,7 +84,7 @@ impl Arbiter {
 
     /// Compare-and-swap of the term: its holder goes on, or the next one begins, whoever asks first.
     /// A term counts as begun from the acceptance of its first command, before that is committed.
-    pub(super) fn succession(&self, command: &Command) -> Result<Leader, Refusal> {
+    fn succession(&self, command: &Command) -> Result<Leader, Refusal> {
         let held = self.leader(command.robot);
         let (need, got) = (held.term, command.term);
         let Command { incarnation, pid, planner, .. } = *command;

@@ -47,7 +47,7 @@ impl Arbiter {
     }
 
     /// The last bid for `robot`.
-    pub(super) fn bid_for(&self, robot: RobotId) -> Option<Bid> {
+    fn bid_for(&self, robot: RobotId) -> Option<Bid> {
         self.bids.iter().find(|bid| bid.robot == robot).copied()
     }
 

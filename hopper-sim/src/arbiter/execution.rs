@@ -27,13 +27,7 @@ impl Arbiter {
     }
 
     /// The record of `action`, its outcome drawn; nothing in it that only a planner knows.
-    pub(super) fn record(
-        &mut self,
-        leader: Leader,
-        action: Action,
-        origin: Origin,
-        timing: Timing,
-    ) -> Record {
+    fn record(&mut self, leader: Leader, action: Action, origin: Origin, timing: Timing) -> Record {
         let state = &self.state;
         let (robot, execution) = self.robots.execute(&self.mission, state, leader, action);
         let Execution { outcome, pose, collected, steps, visits, status } = execution;
@@ -101,7 +95,7 @@ impl Arbiter {
     }
 
     /// The last policy of the algorithm in command. On a patrol one that leads to another goal is none.
-    pub(super) fn policy(&self) -> Option<&Policy> {
+    fn policy(&self) -> Option<&Policy> {
         let leads_here = |policy: &&Policy| policy.decision >= self.leg_began;
         let in_command = self.leader(ROBOT).planner;
         self.policy.as_ref().filter(|policy| policy.planner == in_command).filter(leads_here)

@@ -8,7 +8,7 @@ use crate::ROBOT;
 
 impl Arbiter {
     /// Simulated time that the action just committed takes, seconds; in a team, until the next robot's turn.
-    pub(super) fn lasts_s(&self, outcome: &Outcome) -> f64 {
+    fn lasts_s(&self, outcome: &Outcome) -> f64 {
         self.robots.elapsed_s(outcome)
     }
 

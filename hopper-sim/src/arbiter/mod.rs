@@ -82,8 +82,8 @@ pub struct Arbiter {
 
 impl Arbiter {
     /// The arbiter of a new mission, or of one resumed behind `last`, the journal's last record:
-    /// leader and term are those of the record, and a hop that was in the air has landed at `now`. Of a mission of several
-    /// robots [`Arbiter::recall`] needs all records first.
+    /// leader and term are those of the record, and a hop that was in the air has landed at `now`. In all missions but
+    /// that of a hopper alone [`Arbiter::recall`] needs all records first.
     ///
     /// `linger_ns` is how long the final state is served at most for peers that have not seen it.
     ///
@@ -103,7 +103,7 @@ impl Arbiter {
         let mut robots = RobotTeam::new(brief, &mission.terrain, mission.fleet.as_ref());
         let (status, visits) = robots.opening();
         if let Some(last) = last
-            && robots.count() == 1
+            && !brief.has_team()
         {
             robots.resume(&mission.terrain, last);
         }
@@ -165,10 +165,9 @@ impl Arbiter {
         self
     }
 
-    /// Takes note of the decisions of earlier lives, in order and page by page. For the mission of a single hopper the last
-    /// record tells all.
+    /// Takes note of the decisions of earlier lives, in order and page by page. Of a hopper alone the last record tells all.
     pub fn recall(&mut self, records: &[Record]) {
-        if self.robots.count() > 1 {
+        if self.mission.brief.has_team() {
             records.iter().for_each(|record| self.robots.recall(&self.mission.terrain, record));
             self.team = Some(self.robots.team(&self.state));
         }

@@ -25,7 +25,7 @@ use crate::Mission;
 use crate::dynamics::Execution;
 use crate::guard::Fallback;
 use account::Account;
-use body::Deed;
+use body::Movement;
 use coverage::Coverage;
 use roster::{Act, Roster, Turn};
 use travels::{Arrival, Travels};
@@ -97,11 +97,11 @@ impl RobotTeam {
         self.roster.leader(robot)
     }
 
-    /// Simulated time that the last action takes until the next one begins, seconds: all of it where a robot is alone, else less
-    /// if another one acts meanwhile.
+    /// Simulated time from the beginning of the last action to that of the next, seconds: of a hopper alone the whole action, else less
+    /// if another robot acts meanwhile.
     #[must_use]
     pub fn elapsed_s(&self, outcome: &Outcome) -> f64 {
-        if self.count() == 1 { lasts_s(outcome) } else { self.roster.elapsed_ns() as f64 / 1.0e9 }
+        if self.brief.has_team() { self.roster.elapsed_ns() as f64 / 1.0e9 } else { lasts_s(outcome) }
     }
 
     /// How the mission stands before the first action, and how many cells are visited.
@@ -129,12 +129,13 @@ impl RobotTeam {
 
     /// What the robot that is due does at the deadline. `visits` are those of the state; the policy is that of the planner in
     /// command, if the robot may follow it.
+    ///
+    /// # Panics
+    /// If nobody is due.
     #[must_use]
     pub fn fallback(&self, terrain: &Terrain, visits: u64, policy: Option<&Policy>) -> Fallback {
-        match self.due() {
-            Some(robot) => body::of(self.vehicle(robot)).fallback(self, terrain, robot, visits, policy),
-            None => body::hold(),
-        }
+        let robot = self.due().expect("a mission underway has a robot that is due");
+        body::of(self.vehicle(robot)).fallback(self, terrain, robot, visits, policy)
     }
 
     /// Executes `action`, which was not refused, at the decision of `state` of the robot that is due, and takes note of it.
@@ -152,8 +153,8 @@ impl RobotTeam {
         let (terrain, decision) = (&mission.terrain, state.decision);
         let act = Act { robot, decision, leader, action };
         self.travels.keep_announced(robot, action);
-        let deed = body::of(self.vehicle(robot)).deed(self, mission, &act);
-        let outcome = deed.outcome();
+        let movement = body::of(self.vehicle(robot)).movement(self, mission, &act);
+        let outcome = movement.outcome();
         let (hops, lands) =
             (self.vehicle(robot).hops(), outcome.branch != Branch::Stranded && action != Action::Wait);
         let ground = |cell| terrain.ground(cell);
@@ -161,7 +162,7 @@ impl RobotTeam {
             Some(ground) if hops && lands => state.steps + motion::steps(ground.soil, action, outcome.branch),
             _ => state.steps,
         };
-        self.take(terrain, &act, &deed, steps);
+        self.take(terrain, &act, &movement, steps);
         let height_m =
             ground(outcome.to).or_else(|| ground(outcome.from)).map_or(0.0, |ground| ground.height_m);
         let pose = Pose { cell: outcome.to, height_m };
@@ -188,25 +189,27 @@ impl RobotTeam {
     /// If another robot was due; the digest chain of a journal is checked when it is opened.
     pub fn recall(&mut self, terrain: &Terrain, record: &Record) {
         let Record { robot, decision, leader, action, steps, .. } = *record;
-        let deed = body::of(self.vehicle(robot)).recalled(self, record);
-        self.take(terrain, &Act { robot, decision, leader, action }, &deed, steps);
+        let movement = body::of(self.vehicle(robot)).recalled(self, record);
+        self.take(terrain, &Act { robot, decision, leader, action }, &movement, steps);
     }
 
-    /// Takes up the mission of a robot that is alone behind its last decision, which tells all.
+    /// Takes up the mission of a hopper alone behind its last decision, which tells all.
     ///
     /// # Panics
-    /// If there are several robots.
+    /// In another mission.
     pub fn resume(&mut self, terrain: &Terrain, last: &Record) {
-        assert!(self.count() == 1, "of several robots the last record does not tell all");
+        assert!(!self.brief.has_team(), "only of a hopper alone the last record tells all");
         self.roster.resume(last.robot, last.decision.0);
         self.recall(terrain, last);
     }
 
     /// Takes note of what an action has come to. `steps` are those of the hopper, where the mission counts them.
-    fn take(&mut self, terrain: &Terrain, act: &Act, deed: &Deed, steps: u64) {
-        match deed {
-            Deed::InCells(outcome) => self.settle_in_cells(act, outcome),
-            Deed::OnWay(arrival, drive) => self.settle_on_way(act, arrival, drive.as_ref()),
+    fn take(&mut self, terrain: &Terrain, act: &Act, movement: &Movement, steps: u64) {
+        match movement {
+            Movement::InCells(outcome) => self.settle_in_cells(act, outcome),
+            Movement::BetweenPoints(arrival, drive) => {
+                self.settle_between_points(act, arrival, drive.as_ref())
+            }
         }
         self.look_around(terrain, act.robot);
         self.end_if_over(terrain, act.robot, steps);
@@ -238,7 +241,7 @@ impl RobotTeam {
     }
 
     /// Takes note of an action of a robot that goes from point to point, and of what it sees on its way.
-    fn settle_on_way(&mut self, act: &Act, arrival: &Arrival, drive: Option<&Drive>) {
+    fn settle_between_points(&mut self, act: &Act, arrival: &Arrival, drive: Option<&Drive>) {
         let Act { robot, action, .. } = *act;
         let seer = self.roster.entry(robot).robot;
         if let (Some(ground), Some(before)) = (&mut self.ground, self.travels.get(robot)) {

@@ -6,7 +6,7 @@
 //! hopper on whose goal another robot has stopped for good. Others that fail end their own part only. Helicopters look ahead
 //! for others: they have nothing to reach, and no mission requires them.
 
-use contract::{RobotId, Standing, Status, Vehicle};
+use contract::{Cell, RobotId, Standing, Status, Vehicle};
 use terrain::Terrain;
 
 use super::coverage::Coverage;
@@ -81,7 +81,7 @@ impl RobotTeam {
     }
 
     /// Whether a robot other than `robot` stands on `cell` for good.
-    fn is_taken(&self, robot: RobotId, cell: contract::Cell) -> bool {
+    fn is_taken(&self, robot: RobotId, cell: Cell) -> bool {
         let mut others = self.roster.entries().filter(|(other, _)| *other != robot);
         others.any(|(_, entry)| {
             let stops = entry.standing != Standing::Active && entry.robot.vehicle.is_on_ground();
@@ -97,7 +97,9 @@ impl RobotTeam {
             if let Some(standing) = self.end_of(terrain, robot, steps) {
                 self.roster.end(robot, standing);
             } else {
-                let gives_up = self.roster.is_spent(robot) && !self.required.has(robot);
+                // Where the steps of the hopper are limited, the actions of the others are not.
+                let is_limited = self.account != Account::Hopper && !self.required.has(robot);
+                let gives_up = is_limited && self.roster.is_spent(robot);
                 if gives_up {
                     self.roster.give_up(robot);
                 }

@@ -188,7 +188,7 @@ impl Roster {
         entry.waits += u64::from(turn == Turn::Waits);
     }
 
-    /// `robot`, which is alone, has acted so often before.
+    /// `robot`, a hopper alone, has acted so often before.
     pub fn resume(&mut self, robot: RobotId, actions: u64) {
         self.entry_mut(robot).actions = actions;
     }

@@ -408,9 +408,9 @@ impl RunHistory {
                     self.past.fold(record);
                     self.announcements.record(record);
                 }
-                Link::Apart => {}
+                Link::OtherDecision => {}
                 Link::Broken => return true,
-                Link::Void => return false,
+                Link::PastIsLost => return false,
             }
         }
         true

@@ -305,9 +305,9 @@ impl Gathered {
                     self.steps.push(DecisionTiming::from(record));
                     self.past.fold(record);
                 }
-                Link::Apart => {}
+                Link::OtherDecision => {}
                 Link::Broken => return None,
-                Link::Void => {
+                Link::PastIsLost => {
                     *self = Self { brief: Some(brief), ..Self::default() };
                     return None;
                 }

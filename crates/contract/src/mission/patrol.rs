@@ -43,7 +43,7 @@ impl Patrol {
     }
 }
 
-/// A [`Patrol`] whose goals are not yet counted.
+/// The fields of a [`Patrol`] as read, not yet checked.
 #[derive(Deserialize)]
 struct PatrolAsWritten {
     cells: [Cell; GOALS_MAX],
@@ -57,7 +57,10 @@ impl TryFrom<PatrolAsWritten> for Patrol {
     fn try_from(PatrolAsWritten { cells, count, hops_max }: PatrolAsWritten) -> Result<Self, String> {
         let goals = cells.get(..count as usize);
         goals.and_then(|goals| Patrol::new(goals, hops_max)).ok_or_else(|| {
-            format!("a patrol needs 2 to {GOALS_MAX} goals and a hop, got {count} and {hops_max}")
+            format!(
+                "a patrol needs 2 to {GOALS_MAX} goals, each another than the one before, and a hop, got {count} goals and {hops_max} \
+                 hops"
+            )
         })
     }
 }

@@ -106,8 +106,7 @@ impl State {
         }
     }
 
-    /// Whether a reader takes this state in place of `known`, in a mission of so many robots: it is of one of them, and
-    /// `known` has not replaced it.
+    /// Whether a reader that has `known` takes this state: its robot is below `robots`, and `known` has not replaced it.
     #[must_use]
     pub fn is_news(&self, robots: u16, known: Option<&State>) -> bool {
         self.robot.0 < robots && !known.is_some_and(|known| self.is_older_than(known))
@@ -116,8 +115,7 @@ impl State {
     /// Whether `known`, of the same run, has replaced this state: published no earlier, it is of a later decision, or of
     /// the same decision on another timeline. A lower decision published later is that of a journal that has lost its
     /// tail.
-    #[must_use]
-    pub fn is_older_than(&self, known: &State) -> bool {
+    fn is_older_than(&self, known: &State) -> bool {
         let behind = self.decision < known.decision
             || (self.decision == known.decision && self.digest != known.digest);
         self.run == known.run && behind && self.published <= known.published

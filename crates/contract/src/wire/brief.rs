@@ -6,8 +6,8 @@ use crate::Role;
 use crate::fixed_payload;
 
 use super::codec::{
-    ANY, CELL, Codec, DISTANCE, Ends, Float, LENGTH, NAME, PAYOFF, PROBABILITY, RUN, Whole, at_most, by_hand,
-    each, float, joint, narrow, or_zero, part, tag, whole,
+    ANY, Ascending, CELL, Codec, DISTANCE, Float, LENGTH, NAME, PAYOFF, PROBABILITY, RUN, Whole, ascending,
+    at_most, by_hand, each, float, joint, narrow, or_zero, part, tag, whole,
 };
 use super::declaration::wire;
 use super::{CELL_SIZE, GRID_SIDE, HOP_CELLS, grid_from_wire};
@@ -34,60 +34,11 @@ const SAMPLES: Whole = whole(1, SAMPLES_MAX as u64);
 /// Hops of a patrol.
 const HOPS: Whole = whole(1, DECISIONS_MAX);
 
-/// Both ends of a range.
-struct Span;
-
 /// The ends of a range, the lower one first.
-const SPAN: Span = Span;
-
-impl Codec<[f64; 2]> for Span {
-    type Value = Range;
-
-    fn to_wire(&self, range: &Range) -> [f64; 2] {
-        [range.min, range.max]
-    }
-
-    fn from_wire(&self, field: &str, [min, max]: [f64; 2]) -> Result<Range, Refusal> {
-        let min = LENGTH.from_wire(field, min)?;
-        Ok(Range { min, max: float(min, LENGTH_MAX_M).from_wire(field, max)? })
-    }
-
-    fn range(&self) -> String {
-        format!("{}, the lower end first", Codec::<f64>::range(&LENGTH))
-    }
-
-    fn ends(&self) -> Ends<[f64; 2]> {
-        Ends { outside: vec![[0.0, (0.0_f64).next_down()]], ..LENGTH.ends() }
-    }
-}
-
-/// The smallest and the largest radius of a sensor.
-struct Radii;
+const SPAN: Ascending = ascending(LENGTH, ["", ""]);
 
 /// The smallest and the largest sensing radius, metres.
-const RADII: Radii = Radii;
-
-impl Codec<[f64; 2]> for Radii {
-    type Value = [f64; 2];
-
-    fn to_wire(&self, radii: &[f64; 2]) -> [f64; 2] {
-        *radii
-    }
-
-    fn from_wire(&self, field: &str, [min_m, max_m]: [f64; 2]) -> Result<[f64; 2], Refusal> {
-        let min_m = DISTANCE.from_wire(&format!("{field}_min_m"), min_m)?;
-        let max_m = float(min_m, LENGTH_MAX_M).from_wire(&format!("{field}_max_m"), max_m)?;
-        Ok([min_m, max_m])
-    }
-
-    fn range(&self) -> String {
-        format!("{}, the smallest first", Codec::<f64>::range(&DISTANCE))
-    }
-
-    fn ends(&self) -> Ends<[f64; 2]> {
-        Ends { outside: vec![[1.0, 1.0_f64.next_down()]], ..DISTANCE.ends() }
-    }
-}
+const RADII: Ascending = ascending(DISTANCE, ["_min_m", "_max_m"]);
 
 wire! {
     /// Scatter of hops on one soil.
@@ -136,10 +87,10 @@ wire! {
     }
     to_wire {
         let robots = &0;
-        let sensor_radius_m = &[*radius_min_m, *radius_max_m];
+        let sensor_radius_m = &Range { min: *radius_min_m, max: *radius_max_m };
     }
     from_wire(wire) {
-        let [radius_min_m, radius_max_m] = sensor_radius_m;
+        let Range { min: radius_min_m, max: radius_max_m } = sensor_radius_m;
         let MotionParameters { slope_limit_rad, gravity_mps2, .. } = common.motion;
         let gradient = common.sensor.gradient;
     }
@@ -282,7 +233,7 @@ wire! {
         let Grid { width, height, cell_size_m, hop_cells } = grid;
         let (start, goal) = (&CELL.to_wire(start), &CELL.to_wire(goal));
         let weights = &[*safety, *information, *distance];
-        let sensor_radius_m = &[*radius_min_m, *radius_max_m];
+        let sensor_radius_m = &Range { min: *radius_min_m, max: *radius_max_m };
         let (goal_count, goals, hops_max) = &patrol_to_wire(patrol.as_ref());
         let (cover_percent, cover_mode) =
             cover.as_ref().map_or((&0, &CoverMode::Overlap), |cover| (&cover.percent, &cover.mode));
@@ -299,7 +250,7 @@ wire! {
         }
         let start = on_grid(&grid, "brief.start", start)?;
         let [safety, information, distance] = weights;
-        let [radius_min_m, radius_max_m] = sensor_radius_m;
+        let Range { min: radius_min_m, max: radius_max_m } = sensor_radius_m;
         if opening_steps >= steps_max {
             let need = format!("less than the {steps_max} steps of the mission");
             return Err(Refusal::malformed("brief.reading.opening_steps", &need, opening_steps));

@@ -12,9 +12,9 @@ wire! {
         /// Gradient (∂h/∂x, ∂h/∂y), metres per metre.
         gradient: [f64; 2] = GRADIENT,
         /// 1 hard, 2 sand, plus 16 for each speed of [`DriveSpeed::ALL`] up to the cell's, plus 128 and 4 times
-        /// the number of a camera's reading there: one byte, so that a seen cell takes no more.
+        /// the number of a camera's reading there.
         soil: u32 = SOIL,
-        /// 1 where the hopper survives landing.
+        /// 1 where a robot can stand.
         passable: u32 = FLAG,
     }
     of Ground { height_m, gradient, soil, passable, speed, reading }

@@ -8,7 +8,7 @@
 //! converts `From<&Domain>`; the way back is `TryFrom`, which refuses with a [`Refusal`].
 //!
 //! All of this follows from one declaration a field, by the macro `wire!` of `declaration.rs`: its reason, its type, and
-//! its range by a codec of `codec.rs`. `docs/messages.md` lists them. A field `reserved` is written as 0 and not read.
+//! its range by a codec of `codec/`. `docs/messages.md` lists them. A field `reserved` is written as 0 and not read.
 
 mod brief;
 mod codec;
@@ -54,8 +54,8 @@ use crate::{
     RouteRequest, State, Team, Term, TruthRequest,
 };
 use codec::{
-    ANY, AsItIs, CELL, COUNTED, Codec, Float, Joint, LENGTH, NAME, Whole, at_most, by_hand, float, joint,
-    tag, unknown_tag, whole,
+    ANY, ByHand, CELL, COUNTED, Codec, Float, LENGTH, NAME, Whole, at_most, by_hand, float, joint, tag,
+    unknown_tag, whole,
 };
 use declaration::wire;
 
@@ -79,19 +79,21 @@ pub fn visit(visitor: &mut impl Visitor) {
 }
 
 /// A side of a lattice, cells.
-const GRID_SIDE: Joint<Whole> = joint(whole(1, GRID_SIDE_MAX as u64), "at most 2^20 cells in all");
+const GRID_SIDE: ByHand<(Whole, &str)> = joint(whole(1, GRID_SIDE_MAX as u64), "at most 2^20 cells in all");
 
 /// The edge of a cell of a lattice, metres.
-const CELL_SIZE: Joint<Float> = joint(float(CELL_SIZE_MIN_M, LENGTH_MAX_M), "no hopper is smaller");
+const CELL_SIZE: ByHand<(Float, &str)> = joint(float(CELL_SIZE_MIN_M, LENGTH_MAX_M), "no hopper is smaller");
 
 /// The cells that one hop spans on a lattice.
-const HOP_CELLS: Joint<Whole> = joint(whole(1, GRID_SIDE_MAX as u64), "a hop stays on the largest grid");
+const HOP_CELLS: ByHand<(Whole, &str)> =
+    joint(whole(1, GRID_SIDE_MAX as u64), "a hop stays on the largest grid");
 
 /// How many treasures there are in a list of fixed length.
-const TREASURE_COUNT: Joint<Whole> = joint(at_most(TREASURES_MAX as u64), "the number of `treasures`");
+const TREASURE_COUNT: ByHand<(Whole, &str)> =
+    joint(at_most(TREASURES_MAX as u64), "the number of `treasures`");
 
 /// Treasures in a list of fixed length.
-const TREASURES: AsItIs = by_hand("cells on the grid in index order, each once");
+const TREASURES: ByHand<&str> = by_hand("cells on the grid in index order, each once");
 
 /// A lattice within bounds.
 fn grid_from_wire(

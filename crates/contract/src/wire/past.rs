@@ -4,7 +4,7 @@ use crate::Role;
 use crate::{fixed_payload, slice_payload};
 
 use super::codec::{
-    ACTION_MARKS, ANY, COUNTED, FLAG, MOMENTS, ROBOT, RUN, STEPS, TREASURE_MARKS, by_hand, part, tag,
+    ACTION_BITS, ANY, COUNTED, FLAG, MOMENTS, ROBOT, RUN, STEPS, TREASURE_BITS, by_hand, part, tag,
 };
 use super::declaration::wire;
 use super::{LeaderV1, OutcomeV1, PoseV1, action_from_wire};
@@ -73,11 +73,11 @@ wire! {
         /// How the mission stands afterwards.
         status: u32 = tag(Status::code, Status::from_code),
         /// Treasures collected, one bit each.
-        collected: u32 = TREASURE_MARKS,
+        collected: u32 = TREASURE_BITS,
         /// Who chose the action.
         origin: u32 = tag(Origin::code, Origin::from_code),
         /// Actions vetoed before it, one bit each.
-        vetoed: u32 = ACTION_MARKS,
+        vetoed: u32 = ACTION_BITS,
         reserved: u32,
         /// Who commanded.
         leader: LeaderV1 = part::<Leader>(),

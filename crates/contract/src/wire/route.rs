@@ -1,6 +1,6 @@
 //! `hop/rN/route` and `hop/routes`.
 
-use super::codec::{ANY, FINITE, ROBOT, RUN, joint};
+use super::codec::{ANY, FINITE, ROBOT, RUN};
 use super::declaration::wire;
 use crate::limits::ROUTE_POINTS_MAX;
 use crate::message::{Capacity, Message, PublishSubscribe, Request, RequestResponse};
@@ -27,12 +27,12 @@ wire! {
 }
 
 wire! {
-    /// A point of a route.
+    /// A point of a route, of which a leg is at most 500 m long.
     pub struct WaypointV1 = "hop.Waypoint.v1", 16 bytes, refused as "route" {
         /// Metres to the east of the origin.
-        x_m: f64 = joint(FINITE, "a leg is at most 500 m long") => "route.waypoints",
+        x_m: f64 = FINITE => "route.waypoints",
         /// Metres to the north of the origin.
-        y_m: f64 = joint(FINITE, "a leg is at most 500 m long") => "route.waypoints",
+        y_m: f64 = FINITE => "route.waypoints",
     }
     of Waypoint { x_m, y_m }
 }
@@ -155,7 +155,7 @@ mod tests {
         let cases = [
             ("1 to 256, got 257", header, vec![point; 257]),
             ("1 to 256, got 0", header, vec![]),
-            ("finite metres", header, vec![WaypointV1 { x_m: f64::INFINITY, ..point }]),
+            ("a finite value", header, vec![WaypointV1 { x_m: f64::INFINITY, ..point }]),
             ("route.leg_m", header, vec![point, WaypointV1 { x_m: 1e5, ..point }]),
             ("robot below", AnnouncementV1 { robot: 1 << 20, ..header }, vec![point]),
         ];

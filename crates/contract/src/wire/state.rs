@@ -6,7 +6,7 @@ use crate::Role;
 use crate::fixed_payload;
 
 use super::codec::{
-    ACTION_MARKS, ANY, COUNTED, MOMENTS, ROBOT, RUN, STEPS, TREASURE_MARKS, by_hand, part, tag,
+    ACTION_BITS, ANY, COUNTED, MOMENTS, ROBOT, RUN, STEPS, TREASURE_BITS, by_hand, part, tag,
 };
 use super::declaration::wire;
 use super::{LeaderV1, OutcomeV1, PoseV1};
@@ -33,13 +33,13 @@ wire! {
         /// How the mission stands.
         status: u32 = tag(Status::code, Status::from_code),
         /// Treasures collected, one bit each.
-        collected: u32 = TREASURE_MARKS,
+        collected: u32 = TREASURE_BITS,
         /// Actions vetoed at this decision, one bit each.
-        vetoed: u32 = ACTION_MARKS,
+        vetoed: u32 = ACTION_BITS,
         /// Who chose the last action.
         last_origin: u32 = tag(Origin::code, Origin::from_code),
         /// Actions vetoed before the last action, one bit each.
-        last_vetoed: u32 = ACTION_MARKS,
+        last_vetoed: u32 = ACTION_BITS,
         /// Who commands.
         leader: LeaderV1 = part::<Leader>(),
         /// Where the hopper is.

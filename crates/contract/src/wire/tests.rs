@@ -1,5 +1,7 @@
-//! What every declaration holds, taken from the declarations.
+//! Tests over all declarations, and the tables of `docs/messages.md`.
 
+use std::cell::RefCell;
+use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
 use bytemuck::Zeroable;
@@ -64,8 +66,10 @@ fn every_field_says_why_it_is_there_and_every_byte_belongs_to_one() {
     }
 }
 
-/// P-WIRE-RANGES: Every field with a range takes the value just inside of it and refuses the one just outside by name, and
-/// `docs/messages.md` lists them all. `HOPPER_BLESS=1` writes that section anew.
+/// P-WIRE-RANGES: A field whose codec knows the ends of its range is accepted just inside and refused by name just outside, in
+/// every wire type, and `docs/messages.md` lists all fields.
+///
+/// `HOPPER_BLESS=1` writes that section anew.
 #[test]
 fn the_reference_has_every_field_with_its_range_and_its_reason() {
     let mut section = String::new();
@@ -123,6 +127,7 @@ fn with<W: Wire>(wire: &W, field: &Field, value: &[u8]) -> W {
 /// Each field just inside of its range is accepted in one of the valid `samples`, and just outside is refused in one, by its
 /// own name or that of `sum`.
 fn holds<W: Wire, D>(samples: &[W], sum: &str, read: impl Fn(&W) -> Result<D, Refusal>) {
+    TESTED.with_borrow_mut(|tested| tested.insert(W::NAME));
     for sample in samples {
         if let Err(refusal) = read(sample) {
             panic!("{}: {refusal}", W::NAME);
@@ -159,6 +164,11 @@ fn header<W: Wire, D>(sample: W, read: impl Fn(&W) -> Result<D, Refusal>) {
 
 fn treasures() -> [[i32; 2]; TREASURES_MAX] {
     std::array::from_fn(|x| [x as i32, 0])
+}
+
+thread_local! {
+    /// The names of the wire types that [`holds`] has tested in this thread: each test has its own.
+    static TESTED: RefCell<BTreeSet<&'static str>> = const { RefCell::new(BTreeSet::new()) };
 }
 
 /// P-WIRE-RANGES.
@@ -199,11 +209,13 @@ fn every_field_is_accepted_just_inside_of_its_range_and_refused_just_outside() {
     let stages = MemberV5 { halts: 1, halted: 1, ..member(3, 5) };
     fixed::<_, Member>(&[member(1, 1), member(2, 2), member(3, 3), member(4, 4), member(5, 5), stages]);
     header(lowest::<TeamHeaderV1>(), |wire| team_from_wire(wire, &[member(1, 1)]));
+    the_brief_holds();
+    let all: BTreeSet<&str> = all().iter().map(|described| described.name).collect();
+    assert_eq!(TESTED.take(), all, "types that are tested, and all types");
 }
 
-/// P-WIRE-RANGES.
-#[test]
-fn the_scatter_of_a_soil_and_each_field_of_a_brief_are_held_to_their_ranges() {
+/// The scatter of a soil, a design and a brief, whose fields depend on each other.
+fn the_brief_holds() {
     let soil = SoilMotionV1 { flights: 1, ..Zeroable::zeroed() };
     let hard = SoilMotionV1 { intended: 1.0, ..soil };
     let soils = [hard, SoilMotionV1 { stuck: 1.0, ..soil }, SoilMotionV1 { sideways: 0.5, ..soil }];

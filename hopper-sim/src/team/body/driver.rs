@@ -9,12 +9,11 @@
 //! cell. That the rover gets stuck where another robot stands is not refused, since nobody chooses it.
 
 use ::rover::{DriveEnd, SOL_HOURS};
-use contract::{Action, Branch, Policy, Record, Refusal, RobotId, Waypoint};
+use contract::{Action, Branch, Record, Refusal, RobotId, Waypoint};
 use terrain::Terrain;
 
-use super::{Act, Body, Deed, along_route};
+use super::{Act, Body, Movement, flight, refusal_of_route};
 use crate::Mission;
-use crate::guard::Fallback;
 use crate::team::RobotTeam;
 use crate::team::travels::Arrival;
 
@@ -25,12 +24,9 @@ pub struct Driver;
 impl Body for Driver {
     fn refusal(&self, team: &RobotTeam, _: &Terrain, robot: RobotId, action: Action) -> Option<Refusal> {
         let needs = |need: &str| Some(Refusal::malformed("command.action", need, action));
-        let vehicle = team.roster.entry(robot).robot.vehicle;
         match action {
             Action::Hold | Action::Wait | Action::Done => None,
-            Action::Announce(id) => {
-                team.travels.refusal_of_route(vehicle, robot, id, |at| team.is_on_map(at))
-            }
+            Action::Announce(id) => refusal_of_route(team, robot, id),
             Action::Drive => {
                 let (ground, travel) = (team.ground.as_ref()?, team.travels.get(robot)?);
                 let Some(to) = team.travels.next(travel) else {
@@ -49,28 +45,17 @@ impl Body for Driver {
         }
     }
 
-    fn deed(&self, team: &RobotTeam, _: &Mission, act: &Act) -> Deed {
+    fn movement(&self, team: &RobotTeam, _: &Mission, act: &Act) -> Movement {
         drive(team, act.robot, act.action)
     }
 
-    fn recalled(&self, team: &RobotTeam, record: &Record) -> Deed {
+    fn recalled(&self, team: &RobotTeam, record: &Record) -> Movement {
         drive(team, record.robot, record.action)
-    }
-
-    fn fallback(
-        &self,
-        team: &RobotTeam,
-        terrain: &Terrain,
-        robot: RobotId,
-        _: u64,
-        _: Option<&Policy>,
-    ) -> Fallback {
-        along_route(team, terrain, robot, Action::Drive)
     }
 }
 
 /// What an action comes to: a drive to the next point of the route, or one that is no drive or fails.
-fn drive(team: &RobotTeam, robot: RobotId, action: Action) -> Deed {
+fn drive(team: &RobotTeam, robot: RobotId, action: Action) -> Movement {
     let goes = action == Action::Drive && !team.roster.fails_now(robot);
     if let (true, Some(ground), Some(travel)) = (goes, &team.ground, team.travels.get(robot))
         && let Some(to) = team.travels.next(travel)
@@ -84,7 +69,10 @@ fn drive(team: &RobotTeam, robot: RobotId, action: Action) -> Deed {
         };
         let cells = [team.roster.entry(robot).at.cell, team.cell_of(at)];
         let seconds = drive.duration_sol * SOL_HOURS * 3600.0;
-        return Deed::OnWay(Arrival::goes(cells, at, branch, drive.length_m, seconds), Some(drive));
+        return Movement::BetweenPoints(
+            Arrival::goes(cells, at, branch, drive.length_m, seconds),
+            Some(drive),
+        );
     }
-    Deed::OnWay(team.travels.flight(&team.roster, robot, action, |at| team.cell_of(at)), None)
+    flight(team, robot, action)
 }

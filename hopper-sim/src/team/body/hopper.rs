@@ -6,7 +6,7 @@
 use contract::{Action, Branch, Cell, Flight, Outcome, Policy, Pose, Refusal, RobotId, Vehicle};
 use terrain::Terrain;
 
-use super::{Act, Body, Deed, waits};
+use super::{Act, Body, Movement, waits};
 use crate::Mission;
 use crate::dynamics::outcome_of_hop;
 use crate::guard::{Fallback, Guard};
@@ -42,10 +42,10 @@ impl Body for Hopper {
         guard(team, terrain, robot).veto(action).map(|got| Refusal::Vetoed { action, need, got })
     }
 
-    fn deed(&self, team: &RobotTeam, mission: &Mission, act: &Act) -> Deed {
+    fn movement(&self, team: &RobotTeam, mission: &Mission, act: &Act) -> Movement {
         let Act { robot, decision, action, .. } = *act;
         let from = team.roster.entry(robot).at.cell;
-        Deed::InCells(if team.roster.fails_now(robot) {
+        Movement::InCells(if team.roster.fails_now(robot) {
             Outcome { branch: Branch::Stranded, from, to: from, flight: Flight::default() }
         } else if action == Action::Wait {
             waits(team, robot)

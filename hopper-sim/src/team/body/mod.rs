@@ -6,7 +6,7 @@ mod hopper;
 mod rover;
 
 use ::rover::Drive;
-use contract::{Action, Branch, Flight, Origin, Outcome, Policy, Record, Refusal, RobotId, Vehicle};
+use contract::{Action, Branch, Flight, Origin, Outcome, Policy, Record, Refusal, RobotId, RouteId, Vehicle};
 use terrain::Terrain;
 
 use super::RobotTeam;
@@ -19,20 +19,20 @@ pub use super::roster::Act;
 
 /// What an action has come to.
 #[derive(Clone, Debug)]
-pub enum Deed {
+pub enum Movement {
     /// Of a robot that goes from cell to cell.
     InCells(Outcome),
     /// Of one that goes from point to point, with the drive, if it was one.
-    OnWay(Arrival, Option<Drive>),
+    BetweenPoints(Arrival, Option<Drive>),
 }
 
-impl Deed {
+impl Movement {
     /// As it is recorded.
     #[must_use]
     pub fn outcome(&self) -> Outcome {
         match self {
-            Deed::InCells(outcome) => *outcome,
-            Deed::OnWay(arrival, _) => arrival.outcome,
+            Movement::InCells(outcome) => *outcome,
+            Movement::BetweenPoints(arrival, _) => arrival.outcome,
         }
     }
 }
@@ -43,17 +43,17 @@ pub trait Body {
     fn refusal(&self, team: &RobotTeam, terrain: &Terrain, robot: RobotId, action: Action)
     -> Option<Refusal>;
 
-    /// What an action comes to that was not refused, drawn on the true ground.
-    fn deed(&self, team: &RobotTeam, mission: &Mission, act: &Act) -> Deed;
+    /// What an action that was not refused comes to, drawn on the true ground.
+    fn movement(&self, team: &RobotTeam, mission: &Mission, act: &Act) -> Movement;
 
     /// What an action of an earlier life has come to.
-    fn recalled(&self, team: &RobotTeam, record: &Record) -> Deed {
+    fn recalled(&self, team: &RobotTeam, record: &Record) -> Movement {
         let _ = team;
-        Deed::InCells(record.outcome)
+        Movement::InCells(record.outcome)
     }
 
-    /// What is done at the deadline; `visits` are those of the state, and the policy is that of the planner in command, if it
-    /// may be followed.
+    /// What is done at the deadline: on along the route that was announced, if that may be, or nothing. `visits` are those of the
+    /// state, and the policy is that of the planner in command, if it may be followed.
     fn fallback(
         &self,
         team: &RobotTeam,
@@ -61,7 +61,15 @@ pub trait Body {
         robot: RobotId,
         visits: u64,
         policy: Option<&Policy>,
-    ) -> Fallback;
+    ) -> Fallback {
+        let _ = (visits, policy);
+        if let Some(action) = team.vehicle(robot).along_route()
+            && team.refusal_of(terrain, robot, action).is_none()
+        {
+            return Fallback { action, origin: Origin::Policy };
+        }
+        Fallback { action: Action::Hold, origin: Origin::Hold }
+    }
 }
 
 /// The body of a vehicle.
@@ -75,23 +83,19 @@ pub fn of(vehicle: Vehicle) -> &'static dyn Body {
     }
 }
 
-/// It stays where it is.
-#[must_use]
-pub fn hold() -> Fallback {
-    Fallback { action: Action::Hold, origin: Origin::Hold }
-}
-
-/// It goes on along the route that it has announced, if it may.
-fn along_route(team: &RobotTeam, terrain: &Terrain, robot: RobotId, action: Action) -> Fallback {
-    if team.refusal_of(terrain, robot, action).is_none() {
-        Fallback { action, origin: Origin::Policy }
-    } else {
-        hold()
-    }
-}
-
-/// It waits in its cell, which takes no time.
+/// What a robot that waits in its cell has come to: it takes no time.
 fn waits(team: &RobotTeam, robot: RobotId) -> Outcome {
     let from = team.roster.entry(robot).at.cell;
     Outcome { branch: Branch::Held, from, to: from, flight: Flight::default() }
+}
+
+/// Why a robot that goes from point to point shall not announce a route, if there is a reason.
+fn refusal_of_route(team: &RobotTeam, robot: RobotId, route: RouteId) -> Option<Refusal> {
+    team.travels.refusal_of_route(team.vehicle(robot), robot, route, |at| team.is_on_map(at))
+}
+
+/// What any action but a drive comes to of a robot that goes from point to point.
+fn flight(team: &RobotTeam, robot: RobotId, action: Action) -> Movement {
+    let arrival = team.travels.flight(&team.roster, robot, action, |at| team.cell_of(at));
+    Movement::BetweenPoints(arrival, None)
 }

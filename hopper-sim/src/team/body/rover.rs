@@ -4,12 +4,11 @@
 //! other robot stands on and that is no hopper's goal. What a step takes is its way divided by the rover's speed; to hold takes
 //! a second. A rover that fails stays where it is for good and still occupies its cell.
 
-use contract::{Action, Branch, Cell, Direction, Flight, Outcome, Policy, Refusal, RobotId, Vehicle};
+use contract::{Action, Branch, Cell, Direction, Flight, Outcome, Refusal, RobotId, Vehicle};
 use terrain::Terrain;
 
-use super::{Act, Body, Deed, hold, waits};
+use super::{Act, Body, Movement, waits};
 use crate::Mission;
-use crate::guard::Fallback;
 use crate::team::RobotTeam;
 use crate::team::coverage::is_free;
 
@@ -43,7 +42,7 @@ impl Body for Rover {
         }
     }
 
-    fn deed(&self, team: &RobotTeam, mission: &Mission, act: &Act) -> Deed {
+    fn movement(&self, team: &RobotTeam, mission: &Mission, act: &Act) -> Movement {
         let Act { robot, action, .. } = *act;
         let entry = team.roster.entry(robot);
         let from = entry.at.cell;
@@ -51,7 +50,7 @@ impl Body for Rover {
             let flight = Flight { flight_time_s: 1.0, flights: 1, ..Flight::default() };
             Outcome { branch, from, to: from, flight }
         };
-        Deed::InCells(match (action, entry.robot.vehicle) {
+        Movement::InCells(match (action, entry.robot.vehicle) {
             _ if team.roster.fails_now(robot) => stays(Branch::Stranded),
             (Action::Step(direction), Vehicle::Rover { speed_mps }) => {
                 let terrain = &mission.terrain;
@@ -65,10 +64,6 @@ impl Body for Rover {
             (Action::Wait, _) => waits(team, robot),
             _ => stays(Branch::Held),
         })
-    }
-
-    fn fallback(&self, _: &RobotTeam, _: &Terrain, _: RobotId, _: u64, _: Option<&Policy>) -> Fallback {
-        hold()
     }
 }
 
