@@ -25,10 +25,10 @@ fn main() {
     for ground in ["hard", "heterogeneous", "sandy"] {
         let scenario = scenario::load(ground).expect("a built-in scenario");
         let world = scenario.resolve().expect("a sound scenario");
-        let brief = &world.brief;
+        let (brief, leg) = (&world.brief, world.brief.leg(0));
         let cells: Vec<_> = world.terrain.cells.iter().copied().map(Some).collect();
         let map = ObservedMap::of_cells(RunId(0), RobotId(0), brief.grid, &cells);
-        let height_m = world.terrain.ground(brief.start).expect("a start on the map").height_m;
+        let height_m = world.terrain.ground(leg.start).expect("a start on the map").height_m;
         let state = State {
             run: RunId(0),
             robot: RobotId(0),
@@ -36,7 +36,7 @@ fn main() {
             steps: 0,
             status: Status::Underway,
             leader: Leader::default(),
-            pose: Pose { cell: brief.start, height_m },
+            pose: Pose { cell: leg.start, height_m },
             collected: contract::Collected::default(),
             last: None,
             previous: Digest::default(),
@@ -49,7 +49,8 @@ fn main() {
             last_vetoed: contract::Vetoed::NONE,
             last_timing: Timing::default(),
         };
-        let situation = Situation { brief, map: &map, state: &state, team: None, scouting: None };
+        let situation =
+            Situation { brief, leg: Some(&leg), map: &map, state: &state, team: None, scouting: None };
         for (name, paper_s) in PUBLISHED_S {
             let mut work = 0;
             let mut times_us: Vec<f64> = (0..ROUNDS)

@@ -90,7 +90,7 @@ fn patch_cells() -> usize {
     let ResolvedScenario { brief, terrain, .. } = paper_world();
     let mut cells = Vec::new();
     for seed in 0..ROUNDS {
-        let mission = Mission { brief, terrain: terrain.clone(), seed, fleet: None };
+        let mission = Mission { brief, terrain: terrain.clone(), seed, faults: Vec::new() };
         let mut cartographer = Cartographer::new(hopper_sim::ROBOT);
         cartographer.on(Event::Brief(brief), MonotonicNs(0));
         cartographer.on(Event::Terrain(brief.run, terrain.clone()), MonotonicNs(0));
@@ -195,9 +195,9 @@ fn covering_hz(rovers: usize, round: u64) -> f64 {
     let mut steps = 0;
     let started_s = processor_s();
     for episode in 0..COVERINGS {
-        let (brief, fleet) = (Brief { run: RunId(1), ..world.brief }, world.fleet.clone());
+        let (brief, faults) = (Brief { run: RunId(1), ..world.brief }, world.faults.clone());
         let mission =
-            Mission { brief, terrain: world.terrain.clone(), seed: round * COVERINGS + episode, fleet };
+            Mission { brief, terrain: world.terrain.clone(), seed: round * COVERINGS + episode, faults };
         lockstep::fly(mission, &schedule, &mut Node::now, &mut |_| steps += 1).expect("a known algorithm");
     }
     f64::from(steps) / (processor_s() - started_s)
@@ -214,7 +214,7 @@ fn in_lockstep(algorithm: &str, round: u64) -> (f64, f64) {
             brief: world.brief,
             terrain: world.terrain.clone(),
             seed: round * EPISODES + episode,
-            fleet: None,
+            faults: Vec::new(),
         };
         let mut clock = || -> MonotonicNs { Node::now() };
         lockstep::fly(mission, &schedule, &mut clock, &mut |record| {

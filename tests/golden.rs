@@ -74,10 +74,10 @@ fn row(name: &str, profile: Profile, planner: &str, seed: u64, dem: &std::path::
     let world = built_in(name, dem).with(&overrides).resolve().unwrap();
     let hash = hex(&world.brief.scenario_hash);
     let given = planner.parse().unwrap();
-    let planners = planner::assigned(&world.brief, &world.vehicles(), Some(given), &world.planners).unwrap();
+    let planners = planner::assigned(&world.brief, Some(given), &world.planners).unwrap();
     // The elevation model's path is no part of the world; its run is fixed.
     let brief = Brief { run: RunId(1), ..world.brief };
-    let mission = Mission { brief, terrain: world.terrain, seed, fleet: world.fleet };
+    let mission = Mission { brief, terrain: world.terrain, seed, faults: world.faults };
     let schedule = PlannerSchedule::of_robots(&planners);
     let mut chain = Digest::default();
     let flown = lockstep::fly(mission, &schedule, &mut || MonotonicNs(0), &mut |record| {

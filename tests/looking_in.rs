@@ -46,7 +46,7 @@ fn every_topic_is_listed_with_its_counts() {
     let services = objects(topic(&mission, &["list"]));
     for (name, kind, processes) in [
         ("truth/terrain", "hop.TruthRequest.v1", 2),
-        ("hop/brief", "hop.Brief.v9", 4),
+        ("hop/brief", "hop.Brief.v10", 4),
         ("hop/r0/state", "hop.State.v4", 4),
         ("hop/r0/map", "hop.MapPatch.v2", 3),
         ("hop/r0/snapshot", "hop.MapRequest.v1", 2),

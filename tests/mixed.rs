@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use contract::{Cell, Member, Route, Standing, Status, Vehicle};
+use contract::{Cell, Member, Route, Standing, Status};
 use serde_json::Value;
 
 use crate::harness::{Mission, json, leaders, lockstep, stderr};
@@ -117,7 +117,7 @@ fn an_expedition_flown_live_has_the_digest_of_lockstep() {
 /// or stranded where it is.
 #[test]
 fn a_past_mission_shows_how_each_robot_ended() {
-    let robots = |scenario: &str| {
+    let flown = |scenario: &str| {
         let mission = Mission::new("mixed-past");
         let words = ["run", "--lockstep", "--scenario", scenario, "--out", "out"];
         let output = mission.hopper(&words).output().unwrap();
@@ -125,17 +125,15 @@ fn a_past_mission_shows_how_each_robot_ended() {
         let history = hopper::commands::view::history_of_journal(&mission.path("out/journal")).unwrap();
         let robots = history.progress().unwrap().robots.clone();
         assert_eq!(history.team().unwrap().members[..], robots);
-        robots
+        (*history.brief().unwrap(), robots)
     };
+    let robots = |scenario: &str| flown(scenario).1;
     let standings = |robots: &[Member]| robots.iter().map(|member| member.standing).collect::<Vec<_>>();
-    let expedition = robots("expedition");
+    let (brief, expedition) = flown("expedition");
     assert_eq!(standings(&expedition), [Standing::Done; 6]);
-    let goals = expedition.iter().filter_map(|member| match member.robot.vehicle {
-        Vehicle::HopperTo { goal } => Some((goal, member.at.cell)),
-        Vehicle::Driver { goal, .. } => {
-            Some((Cell::new(goal.x_m as i32, goal.y_m as i32), Cell::new(192, 150)))
-        }
-        _ => None,
+    let goals = expedition.iter().zip(brief.robots.iter()).filter_map(|(member, robot)| {
+        let at = if robot.body.hops() { member.at.cell } else { Cell::new(192, 150) };
+        Some((robot.goal.cell(&brief.grid, 0)?, at))
     });
     let goals: Vec<(Cell, Cell)> = goals.collect();
     let own = [Cell::new(192, 150), Cell::new(140, 66), Cell::new(100, 150)];

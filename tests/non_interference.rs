@@ -32,7 +32,7 @@ fn fly(mission: &Mission, planner: &str) -> Vec<Record> {
 fn elsewhere(mission: &Mission, records: &[Record], through: usize, chance: &mut Chance) -> Mission {
     let Mission { brief, terrain, .. } = mission;
     let mut seen = Observation::unseen(brief, ROBOT);
-    let start = contract::Pose { cell: brief.start, height_m: terrain.ground(brief.start).unwrap().height_m };
+    let start = pose_at_start(brief, terrain);
     let poses = std::iter::once(start).chain(records.iter().map(|record| record.pose));
     for (decision, pose) in (0..).zip(poses.take(through + 1)) {
         seen.fold(brief, terrain, pose, contract::Decision(decision));
@@ -104,7 +104,7 @@ impl Pairs {
         for seed in 0..worlds {
             let mission = Missions::Hopper.mission(seed, 0);
             // The clairvoyant plans for one goal.
-            if mission.brief.patrol.is_none() || planner != planner::CLAIRVOYANT {
+            if mission.brief.visits().is_none() || planner != planner::CLAIRVOYANT {
                 pairs.fly(&mission, planner, &mut Chance::new(seed, "elsewhere"));
             }
         }
@@ -127,6 +127,11 @@ fn what_has_not_been_seen_changes_no_decision_of_any_planner() {
     }
 }
 
+fn pose_at_start(brief: &Brief, terrain: &terrain::Terrain) -> Pose {
+    let cell = brief.robots[0].start.cell;
+    Pose { cell, height_m: terrain.ground(cell).unwrap().height_m }
+}
+
 /// Ground so wide that a landing is told in several patches.
 fn wide(profile: Profile, seed: u64) -> Mission {
     let text = format!(
@@ -137,7 +142,12 @@ fn wide(profile: Profile, seed: u64) -> Mission {
          [robot]\nhop_distance_m = 1.0\nsensor = {{ gain = 12.0, offset_m = 2.0 }}\n[limits]\nsteps_max = 110\n"
     );
     let world = Scenario::parse(&text, "wide").and_then(|scenario| scenario.resolve()).unwrap();
-    Mission { brief: Brief { run: RunId(1), ..world.brief }, terrain: world.terrain, seed, fleet: None }
+    Mission {
+        brief: Brief { run: RunId(1), ..world.brief },
+        terrain: world.terrain,
+        seed,
+        faults: Vec::new(),
+    }
 }
 
 /// P-UNSEEN-WIDE: Unseen ground changes no decision on maps so wide that a landing takes several
@@ -149,8 +159,7 @@ fn what_has_not_been_seen_changes_no_decision_on_ground_told_in_many_patches() {
         for (seed, profile) in (1..=2).flat_map(|seed| Profile::ALL.map(|profile| (seed, profile))) {
             let mission = wide(profile, seed);
             let mut first = Observation::unseen(&mission.brief, ROBOT);
-            let height_m = mission.terrain.ground(mission.brief.start).unwrap().height_m;
-            let start = Pose { cell: mission.brief.start, height_m };
+            let start = pose_at_start(&mission.brief, &mission.terrain);
             first.fold(&mission.brief, &mission.terrain, start, contract::Decision(0));
             let mut chance = Chance::new(seed, "wide");
             pairs.fly(&mission, planner, &mut chance);

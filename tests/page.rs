@@ -7,7 +7,7 @@ use std::sync::{Arc, Mutex};
 
 use contract::limits::PAST_PAGE_RECORDS;
 use contract::{
-    Action, Brief, Decision, MapPatch, MonotonicNs, Name, Pacing, PastPage, Policy, PolicyCell, Record,
+    Action, Brief, Decision, Goal, MapPatch, MonotonicNs, Name, Pacing, PastPage, Policy, PolicyCell, Record,
     RobotId, RunId, State,
 };
 use hopper_sim::{Arbiter, Mission, Pace};
@@ -36,10 +36,10 @@ fn flown(scenario: &str) -> Flown {
 
 fn flown_in(world: ResolvedScenario) -> Flown {
     let mut brief = Brief { run: RunId(77), ..world.brief };
-    if let Some(patrol) = &mut brief.patrol {
-        patrol.hops_max = 60;
+    if let Goal::Visit(visit) = &mut brief.robots[0].goal {
+        visit.hops_max = 60;
     }
-    let mission = Mission { brief, terrain: world.terrain.clone(), seed: 3, fleet: None };
+    let mission = Mission { brief, terrain: world.terrain.clone(), seed: 3, faults: Vec::new() };
     let mut records = Vec::new();
     let schedule = PlannerSchedule::single("mdp".parse().unwrap());
     let mut ns = 0;
@@ -227,7 +227,14 @@ fn the_reason_for_a_hop_is_the_planners_own() {
                 break;
             }
             let leg = flown.brief.leg(state.visits);
-            let situation = planner::Situation { brief: &leg, map: &map, state, team: None, scouting: None };
+            let situation = planner::Situation {
+                brief: &flown.brief,
+                leg: Some(&leg),
+                map: &map,
+                state,
+                team: None,
+                scouting: None,
+            };
             let plan = planner.plan(&situation, &planner::Budget::of(None));
             let cells = planner.policy().unwrap();
             let Action::Hop(chosen) = plan.action else { continue };
@@ -285,7 +292,7 @@ fn scouted(accuracy: &str) -> Scouted {
     let text = format!("{}{accuracy}\n", include_str!("../scenarios/rover-helicopter.toml"));
     let world = Scenario::parse(&text, "scouted").unwrap().resolve().unwrap();
     let brief = Brief { run: RunId(77), ..world.brief };
-    let mission = Mission { brief, terrain: world.terrain.clone(), seed: 3, fleet: world.fleet.clone() };
+    let mission = Mission { brief, terrain: world.terrain.clone(), seed: 3, faults: world.faults.clone() };
     let planners: Vec<Name> = ["rrt_star_ett", "rrt_star_it"].map(|name| name.parse().unwrap()).into();
     let schedule = PlannerSchedule::of_robots(&planners);
     let mut records = Vec::new();
@@ -536,7 +543,7 @@ fn a_patrol_is_told_with_its_goals_and_the_visits_of_each_hop() {
 fn a_landing_on_the_largest_map_makes_small_frames() {
     let world = scenario::load("vast").unwrap().resolve().unwrap();
     let brief = Brief { run: RunId(5), ..world.brief };
-    let mission = Mission { brief, terrain: world.terrain.clone(), seed: 1, fleet: None };
+    let mission = Mission { brief, terrain: world.terrain.clone(), seed: 1, faults: Vec::new() };
     let mut state = *Arbiter::new(mission, None, Pace::Max, 0, MonotonicNs(1)).state();
     let mut cartographer = Cartographer::new(ROBOT);
     cartographer.on(Event::Terrain(brief.run, world.terrain), MonotonicNs(0));

@@ -5,13 +5,13 @@ use std::time::Duration;
 use crate::harness::{Mission, Process, eventually, lockstep};
 use bytemuck::Zeroable;
 use contract::wire::{
-    BriefV9, CommandV3, HeartbeatV2, MapPatchV2, MapRequestV1, PastRequestV1, PolicyCellV1, PolicyHeaderV1,
-    SeenCellV3, StateV4, TruthRequestV1,
+    BriefV10, CommandV3, HeartbeatV2, MapPatchV2, MapRequestV1, PastRequestV1, PolicyCellV1, PolicyHeaderV1,
+    RobotV1, SeenCellV3, StateV4, TruthRequestV1, brief_from_wire,
 };
 use contract::{
-    Action, Brief, Command, Cover, CoverMode, Decision, Digest, Direction, Ground, Heartbeat, Incarnation,
-    MapPage, MapPatch, MapRequest, MonotonicNs, Name, ObservedMap, PastRequest, Policy, Refusal, RobotId,
-    RobotSet, Role, SeenCell, State, Status, TruthRequest,
+    Account, Action, Body, Brief, Command, Cover, Decision, Digest, Direction, Goal, Ground, Heartbeat,
+    Incarnation, MapPage, MapPatch, MapRequest, MonotonicNs, Name, ObservedMap, PastRequest, Policy, Refusal,
+    RobotId, RobotSet, Role, Rover, SeenCell, Sensor, Square, State, Status, TruthRequest,
 };
 use hostile::{extremes, fixtures};
 use node::{Instance, Node, Reader, Writer};
@@ -339,7 +339,7 @@ fn a_planner_of_an_older_release_is_told_with_both_versions_and_not_heard() {
 
 /// The first patch of a mission, as perception might write it: a planner would decide on it.
 fn first_patch(brief: &Brief) -> MapPatch {
-    let index = brief.grid.index(brief.start).unwrap();
+    let index = brief.grid.index(brief.robots[0].start.cell).unwrap();
     MapPatch {
         run: brief.run,
         robot: ROBOT,
@@ -591,17 +591,25 @@ fn a_rogue_in_the_place_of_hopper_sim_ends_nobody() {
         (node.writer::<Brief>(ROBOT).unwrap(), node.writer::<State>(ROBOT).unwrap());
     let (brief, flown) = (fixtures::brief(), fixtures::flown().1);
     let pause = || std::thread::sleep(Duration::from_millis(1));
-    for wire in extremes::of(&BriefV9::from(&brief)) {
+    let robot = RobotV1::from(&brief.robots[0]);
+    for wire in extremes::of(&BriefV10::from(&brief)) {
         // A grid that is another's takes room in shared memory, which is not what this is about.
-        if Brief::try_from(&wire).is_ok_and(|got| got.grid.cells() > 4096) {
+        if brief_from_wire(&wire, &[robot]).is_ok_and(|got| got.grid.cells() > 4096) {
             continue;
         }
-        briefs.publish_wire((), &[wire]).unwrap();
+        briefs.publish_wire(wire, &[robot]).unwrap();
+        pause();
+    }
+    for robot in extremes::of(&robot) {
+        briefs.publish_wire(BriefV10::from(&brief), &[robot]).unwrap();
         pause();
     }
     // A mission for other planners than this one: it is not flown, and this one waits for another.
-    let cover = Cover { percent: 100, mode: CoverMode::Overlap };
-    briefs.publish(Brief { cover: Some(cover), ..brief }).unwrap();
+    let mut covering = Brief { account: Account::ActionsWithoutWaits, ..brief };
+    let rover = &mut covering.robots[0];
+    rover.body = Body::Rover(Rover { speed_mps: 1.0 });
+    (rover.sensor, rover.goal) = (Sensor::Square(Square { range_cells: 1 }), Goal::Cover(Cover::default()));
+    briefs.publish(covering).unwrap();
     peers[1].await_log("needs one of the planners");
     briefs.publish(brief).unwrap();
     for state in [&flown[0], &flown[1]] {

@@ -239,9 +239,14 @@ fn whoever_reads_a_journal_with_a_changed_header_says_so_first() {
             "amplitude_m needs 0.15915494309189535, got 0.9591549430918953",
         ),
         (
-            |header| header.brief.motion.gravity_mps2 = 9.81,
-            "header: brief.motion.gravity_mps2 needs 3.72, got 9.81",
-            "brief.motion.gravity_mps2 needs 3.72, got 9.81",
+            |header| {
+                let contract::Body::Hopper(hopper) = &mut header.brief.robots[0].body else {
+                    unreachable!("a hopper")
+                };
+                hopper.motion.gravity_mps2 = 9.81;
+            },
+            "header: brief.robots.0.body.motion.gravity_mps2 needs 3.72, got 9.81",
+            "brief.robots.0.body.motion.gravity_mps2 needs 3.72, got 9.81",
         ),
         (|header| header.brief.grid.width += 1, "header: brief.grid.width needs", "brief.grid.width needs"),
     ];

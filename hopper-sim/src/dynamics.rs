@@ -1,6 +1,6 @@
 //! Executes one action on the true terrain with keyed draws (the motion law of P23 section IV).
 
-use contract::{Action, Branch, Cell, Collected, Decision, Flight, Outcome, Pose, RobotId, Status};
+use contract::{Action, Branch, Cell, Collected, Decision, Flight, Outcome, Pose, Robot, RobotId, Status};
 use motion::{Domain, Draw};
 
 use crate::Mission;
@@ -28,7 +28,7 @@ pub struct Execution {
 /// however often and in whichever process it is executed.
 ///
 /// # Panics
-/// If `from` lies outside the terrain, as only in a mission that is over.
+/// If `from` lies outside the terrain, as only in a mission that is over, or the robot is no hopper.
 #[must_use]
 pub fn outcome_of_hop(
     mission: &Mission,
@@ -42,7 +42,8 @@ pub fn outcome_of_hop(
     match action {
         Action::Hop(direction) => {
             let uniform = Draw::new(*seed, Domain::Motion, robot, decision).uniform();
-            let law = brief.motion_of(robot);
+            let hopper = brief.robots.at(robot).and_then(Robot::as_hopper);
+            let (law, _) = hopper.expect("hops are those of a hopper");
             let branch = motion::transition(law, ground, direction).branch(uniform);
             let target = terrain.ground(brief.grid.hop(from, direction));
             let rise_m = target.map_or(0.0, |target| target.height_m - ground.height_m);

@@ -19,7 +19,8 @@
 //! holds. A hop is let pass only if no other robot is where it aims.
 
 use contract::{
-    Action, Branch, Brief, Cell, Direction, GradientSource, Ground, Origin, Policy, Pose, RobotId,
+    Action, Branch, Brief, Cell, Direction, GradientSource, Ground, MotionParameters, Origin, Policy, Pose,
+    Robot, RobotId, SensorParameters,
 };
 use terrain::{Terrain, differences};
 
@@ -27,8 +28,9 @@ use terrain::{Terrain, differences};
 #[derive(Clone, Copy, Debug)]
 pub struct Guard<'a> {
     brief: &'a Brief,
+    motion: &'a MotionParameters,
+    sensor: &'a SensorParameters,
     terrain: &'a Terrain,
-    robot: RobotId,
     pose: Pose,
 }
 
@@ -43,9 +45,14 @@ pub struct Fallback {
 
 impl<'a> Guard<'a> {
     /// The guard of the hopper `robot` at `pose`. Of `terrain` it reads what the sensor sees from there.
+    ///
+    /// # Panics
+    /// If the robot is no hopper.
     #[must_use]
     pub fn new(brief: &'a Brief, terrain: &'a Terrain, robot: RobotId, pose: Pose) -> Self {
-        Self { brief, terrain, robot, pose }
+        let hopper = brief.robots.at(robot).and_then(Robot::as_hopper);
+        let (motion, sensor) = hopper.expect("the guard of hops is that of a hopper");
+        Self { brief, motion, sensor, terrain, pose }
     }
 
     /// The probability that `action` ends off the map or on ground that is seen to be impassable.
@@ -54,7 +61,7 @@ impl<'a> Guard<'a> {
         let Action::Hop(direction) = action else { return 0.0 };
         let grid = &self.brief.grid;
         let Some(departure) = self.departure() else { return 0.0 };
-        let scatter = motion::transition(self.brief.motion_of(self.robot), &departure, direction);
+        let scatter = motion::transition(self.motion, &departure, direction);
         [Branch::Intended, Branch::Left, Branch::Right]
             .into_iter()
             .filter(|&branch| self.is_hazard(motion::landing(grid, self.pose.cell, direction, branch)))
@@ -103,7 +110,7 @@ impl<'a> Guard<'a> {
 
     /// The ground of `cell`, if the sensor sees it from here.
     fn seen(&self, cell: Cell) -> Option<&'a Ground> {
-        let reach_cells = self.brief.sensor_of(self.robot).reach_cells(&self.brief.grid, self.pose.height_m);
+        let reach_cells = self.sensor.reach_cells(&self.brief.grid, self.pose.height_m);
         if cell.distance_cells(self.pose.cell) <= reach_cells { self.terrain.ground(cell) } else { None }
     }
 
@@ -113,7 +120,7 @@ impl<'a> Guard<'a> {
         let grid = &self.brief.grid;
         let here = *self.seen(self.pose.cell)?;
         let height_m = |cell| self.seen(cell).map(|ground| ground.height_m);
-        let gradient = match self.brief.sensor_of(self.robot).gradient {
+        let gradient = match self.sensor.gradient {
             GradientSource::Measured => here.gradient,
             GradientSource::SeenDifferences => differences(self.pose.cell, grid.cell_size_m, height_m),
         };

@@ -3,10 +3,10 @@
 use std::sync::Arc;
 
 use contract::{
-    Brief, Digest, Ground, PriorCell, PriorPage, PriorRequest, RobotId, SpeedPrior, Status, TruthPage,
-    TruthRequest,
+    Account, Brief, Digest, Goal, Ground, PriorCell, PriorPage, PriorRequest, RobotId, SpeedPrior, Status,
+    TruthPage, TruthRequest,
 };
-use scenario::Fleet;
+use scenario::Fault;
 use terrain::Terrain;
 
 /// The only robot of a hopper mission; whose name the services of a mission carry that are not a robot's own.
@@ -21,8 +21,8 @@ pub struct Mission {
     pub terrain: Arc<Terrain>,
     /// Seed of the keyed draws; never leaves hopper-sim but for the journal's header.
     pub seed: u64,
-    /// The robots, if the mission is not a single hopper's.
-    pub fleet: Option<Fleet>,
+    /// How robots will fail; never leaves hopper-sim but for the journal's header.
+    pub faults: Vec<Fault>,
 }
 
 impl Mission {
@@ -75,6 +75,11 @@ pub fn genesis(brief: &Brief, seed: u64) -> Digest {
 /// How a mission stands before its first command: there already, if it starts at its goal.
 #[must_use]
 pub fn opening_status(brief: &Brief) -> Status {
-    let is_there = brief.start == brief.goal && brief.is_of_hopper() && brief.patrol.is_none();
+    let robot = &brief.robots[0];
+    let is_there = match robot.goal {
+        Goal::Reach(reach) => robot.start.cell == reach.at.cell_of(&brief.grid),
+        Goal::Visit(_) | Goal::Cover(_) | Goal::LookAhead(_) => false,
+    };
+    let is_there = is_there && brief.account == Account::Hopper;
     if is_there { Status::Goal } else { Status::Underway }
 }

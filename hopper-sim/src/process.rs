@@ -192,7 +192,7 @@ impl<P: Ports, R: RecordStore, O: FnMut(&Record)> HopperSim<P, R, O> {
         let may_fall_back = arbiter.mission().brief.guard.deadline_ns > 0;
         let robots = (0..arbiter.robots()).map(RobotId);
         let (has_routes, has_prior) =
-            (arbiter.mission().brief.has_routes(), arbiter.mission().brief.scout.is_some());
+            (arbiter.mission().brief.has_routes(), arbiter.mission().brief.sampling.is_some());
         let mut sim = Self {
             membership: Membership::join(ports, Role::HopperSim, Name::NONE, terms)?,
             briefs: ports.writer(ROBOT)?,

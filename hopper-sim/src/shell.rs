@@ -179,12 +179,12 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     for record in journal.records() {
         summary.record(&record.map_err(Failure::run)?);
     }
-    MemoryBudget::of(brief.grid.cells(), brief.robots)?.check(&instance)?;
+    MemoryBudget::of(brief.grid.cells(), brief.robots.count())?.check(&instance)?;
     let mut node = Node::join_with(&instance, Role::HopperSim, joining)?;
     let summary_so_far = RefCell::new(summary);
     let (exit, summary) = block_on(async {
         node.pass(crash::JOURNAL_OPENED).await;
-        let mission = Mission { brief, terrain: world.terrain, seed, fleet: world.fleet };
+        let mission = Mission { brief, terrain: world.terrain, seed, faults: world.faults };
         let last = journal.last().copied();
         let executed = |record: &Record| summary_so_far.borrow_mut().record(record);
         let sim = HopperSim::join(&mut node, mission, (journal, last), executed, args.terms()).await?;

@@ -3,7 +3,9 @@
 use std::fmt;
 
 use contract::protocol::peer_table::SILENCE_NS;
-use contract::{Brief, Decision, Member, Name, RefusalCounts, RobotId, Role, RunId, Standing, Status};
+use contract::{
+    Account, Brief, Decision, Member, Name, RefusalCounts, RobotId, Role, RunId, Standing, Status,
+};
 use report::{Fallbacks, Leadership, guard_phrase};
 use serde::{Deserialize, Serialize};
 
@@ -26,7 +28,7 @@ pub struct Progress {
     pub steps_max: u64,
     /// Goals visited so far.
     pub visits: u64,
-    /// Hops after which a patrol is flown; `None` if the mission is no patrol.
+    /// Hops after which a hopper has visited its goals in turn for long enough; `None` if it does not visit goals in turn.
     pub hops_max: Option<u64>,
     /// From the hopper to the goal in force, metres as the crow flies; `None` where robots have no goal in common.
     pub distance_to_goal_m: Option<f64>,
@@ -77,10 +79,10 @@ impl TeamMeasure {
     /// That of a mission; `None` where there is a single hopper.
     #[must_use]
     pub fn of(brief: &Brief) -> Option<Self> {
-        let measure = match brief.cover {
-            _ if brief.is_of_hopper() => TeamMeasure::Distance,
+        let measure = match brief.cover() {
+            _ if brief.account == Account::Hopper => TeamMeasure::Distance,
             Some(_) => TeamMeasure::Cells,
-            None => TeamMeasure::Robots(brief.robots),
+            None => TeamMeasure::Robots(brief.robots.count()),
         };
         brief.has_team().then_some(measure)
     }
@@ -121,7 +123,7 @@ pub struct Health {
 }
 
 impl Progress {
-    /// Share of the way from start to goal that is covered, or of a patrol's hops, 0 to 1; a detour does not go
+    /// Share of the way from start to goal that is covered, or of the hops of visits in turn, 0 to 1; a detour does not go
     /// below 0.
     #[must_use]
     pub fn covered(&self) -> f64 {

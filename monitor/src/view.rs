@@ -77,7 +77,7 @@ struct RoutePorts<P: Ports> {
 
 impl<P: Ports> RoutePorts<P> {
     fn open(ports: &mut P, brief: &Brief) -> Result<Self, P::Error> {
-        let priors = brief.scout.map(|_| ports.client(RobotId(0))).transpose()?;
+        let priors = brief.sampling.map(|_| ports.client(RobotId(0))).transpose()?;
         Ok(Self { priors, routes: ports.client(RobotId(0))? })
     }
 }
@@ -182,7 +182,8 @@ impl<P: Ports> View<P> {
         let brief = self.history().brief().copied().filter(Brief::has_routes);
         let is_due = self.routes_due.is_none_or(|due| now >= due);
         let known = self.routes.as_ref();
-        let lacks = |brief: &Brief| known.is_none_or(|ports| ports.priors.is_none() && brief.scout.is_some());
+        let lacks =
+            |brief: &Brief| known.is_none_or(|ports| ports.priors.is_none() && brief.sampling.is_some());
         if let Some(brief) = brief.filter(|brief| is_due && lacks(brief)) {
             match RoutePorts::open(ports, &brief) {
                 Ok(opened) => self.routes = Some(opened),

@@ -143,12 +143,12 @@ impl Watcher {
             missing: mission.missing(),
             steps: mission.state.map_or(tally.steps(), |state| state.steps.max(tally.steps())),
             steps_max: brief.limits.steps_max,
-            distance_to_goal_m: brief.has_common_goal().then(|| mission.distance_to_goal_m()),
-            start_to_goal_m: brief.has_common_goal().then(|| tally.start_to_goal_m()),
+            distance_to_goal_m: mission.distance_to_goal_m(),
+            start_to_goal_m: tally.start_to_goal_m(),
             stray_hops: tally.route.stray(),
             treasures: tally.treasures(),
             visits: mission.visits(),
-            hops_max: brief.patrol.map(|patrol| patrol.hops_max),
+            hops_max: brief.visits().map(|visit| visit.hops_max),
             vetoes: tally.vetoes,
             fallbacks: tally.fallbacks,
             coverage: *coverage,
@@ -245,7 +245,7 @@ impl Watcher {
         let Some(mission) = self.mission.as_mut().filter(|mission| mission.brief.run == state.run) else {
             return Vec::new();
         };
-        if !state.is_news(mission.brief.robots, mission.state.as_ref()) {
+        if !state.is_news(mission.brief.robots.count(), mission.state.as_ref()) {
             return Vec::new();
         }
         let was_whole = mission.missing() == 0;
@@ -272,8 +272,9 @@ impl Watcher {
         let Some(mission) = self.mission.as_mut().filter(|mission| mission.brief.run == patch.run) else {
             return;
         };
-        let whole =
-            patch.more == 0 && patch.robot.0 < mission.brief.robots && patch.grid == mission.brief.grid;
+        let whole = patch.more == 0
+            && patch.robot.0 < mission.brief.robots.count()
+            && patch.grid == mission.brief.grid;
         if whole && mission.mapped.is_none_or(|mapped| patch.through >= mapped) {
             mission.mapped = Some(patch.through);
             mission.coverage = Some(f64::from(patch.seen_cells) / patch.grid.cells() as f64);
@@ -289,7 +290,7 @@ impl Watcher {
             return Vec::new();
         }
         let due = mission.tally.due();
-        let robots = mission.brief.robots;
+        let robots = mission.brief.robots.count();
         for record in page.records.iter().filter(|record| record.robot.0 < robots) {
             match mission.past.link(record) {
                 Link::Next => {
@@ -426,10 +427,10 @@ impl Mission {
         state.map_or(self.tally.status(), |state| state.status)
     }
 
-    fn distance_to_goal_m(&self) -> f64 {
+    fn distance_to_goal_m(&self) -> Option<f64> {
         let state = self.state.filter(|state| state.decision >= self.tally.due());
         let cell = state.map_or(self.tally.cell(), |state| state.pose.cell);
-        cell.distance_cells(self.brief.goal_after(self.visits())) * self.brief.grid.cell_size_m
+        self.tally.distance_m(cell, self.visits())
     }
 
     fn visits(&self) -> u64 {

@@ -9,10 +9,10 @@ mod mission;
 use contract::limits::{ASK_AGAIN_NS, PAST_PAGE_RECORDS};
 use contract::protocol::peer_table::SILENCE_NS;
 use contract::{
-    Action, Branch, Brief, Decision, Digest, Direction, Heartbeat, Incarnation, MapPatch, MonotonicNs, Name,
-    PastPage, PastRequest, Record, Refusal, RobotId, Role, RunId, State, Status, Term,
+    Account, Action, Branch, Brief, Decision, Digest, Direction, Heartbeat, Incarnation, MapPatch,
+    MonotonicNs, Name, PastPage, PastRequest, Record, Refusal, RobotId, Role, RunId, State, Status, Term,
 };
-use mission::{Step, brief, ground, name, records};
+use mission::{Step, brief, driver, ground, helicopter, name, records, start, with_robots};
 use monitor::{Effect, Event, Progress, Watcher};
 
 const SIDE: u32 = 100;
@@ -38,7 +38,7 @@ fn opening(brief: &Brief) -> State {
         decision: Decision(0),
         steps: 0,
         leader: contract::Leader::default(),
-        pose: contract::Pose { cell: brief.start, height_m: 0.0 },
+        pose: contract::Pose { cell: start(brief), height_m: 0.0 },
         last: None,
         digest: Digest::default(),
         last_timing: contract::Timing::default(),
@@ -325,13 +325,19 @@ fn a_mission_of_several_robots_is_worded_for_robots_from_its_first_line_on() {
     let alone = brief(SIDE);
     let line = |brief: &Brief| watching(brief).progress(MonotonicNs(1)).unwrap();
     assert!(line(&alone).to_string().starts_with("hop 0, step 0/150, 137.2 m to go"));
-    let cover = contract::Cover { percent: 100, mode: contract::CoverMode::Overlap };
-    let scout = contract::Scout { seed: 1, rover_samples: 9, helicopter_samples: 9, stages: 1 };
-    for (brief, need, compact) in [
-        (Brief { robots: 2, ..alone }, "137.2 m to go", "137.2 m"),
-        (Brief { robots: 4, cover: Some(cover), ..alone }, "0 cells covered", "0 cells"),
-        (Brief { robots: 2, scout: Some(scout), ..alone }, "2 robots", "2 robots"),
+    let hopper = alone.robots[0];
+    let rover = contract::Robot {
+        body: contract::Body::Rover(contract::Rover { speed_mps: 1.0 }),
+        goal: contract::Goal::Cover(contract::Cover::default()),
+        ..hopper
+    };
+    let (driver, helicopter) = (driver(&alone, hopper.start_at), helicopter(&alone));
+    for (account, robots, need, compact) in [
+        (Account::Hopper, &[hopper, helicopter][..], "137.2 m to go", "137.2 m"),
+        (Account::ActionsWithoutWaits, &[rover; 4], "0 cells covered", "0 cells"),
+        (Account::Actions, &[driver, helicopter], "2 robots", "2 robots"),
     ] {
+        let brief = with_robots(&alone, account, robots);
         let progress = line(&brief);
         assert!(progress.to_string().starts_with(&format!("decision 0, step 0/150, {need}")), "{progress}");
         assert_eq!(progress.compact(), format!("decision 0 · {compact}"));

@@ -15,8 +15,8 @@ use std::sync::Arc;
 
 use contract::limits::{MAP_PAGE_CELLS, MAP_PAGE_SPAN, MAP_PATCH_CELLS};
 use contract::{
-    Brief, Cell, Decision, Digest, MapPage, MapPatch, MapRequest, MonotonicNs, ObservedMap, PastPage, Pose,
-    Record, Robot, RobotId, RunId, SeenCell, Sensor, State, Status, Team, TruthPage,
+    Account, Brief, Cell, Decision, Digest, MapPage, MapPatch, MapRequest, MonotonicNs, ObservedMap,
+    PastPage, Pose, Record, RobotId, RunId, SeenCell, Sensor, State, Status, TruthPage,
 };
 use follow::{Heard, Link, Mission, PastFollower, TruthFollower};
 use terrain::Terrain;
@@ -37,8 +37,6 @@ pub struct Cartographer {
     /// Most cells of a patch.
     patch_cells: usize,
     mission: Mission,
-    /// The robots of a run that is not a single hopper's.
-    robots: Option<(RunId, Vec<Robot>)>,
     /// The robot whose pose was folded in last.
     actor: RobotId,
     terrain: Option<(RunId, Arc<Terrain>)>,
@@ -64,7 +62,6 @@ impl Cartographer {
             robot,
             patch_cells: MAP_PATCH_CELLS,
             mission: Mission::default(),
-            robots: None,
             actor: robot,
             terrain: None,
             truth: TruthFollower::default(),
@@ -103,11 +100,6 @@ impl Cartographer {
             // By reference: a state is large, and copied once.
             Event::State(ref state) => {
                 if self.mission.hear_state(state) == Heard::Nothing {
-                    return Vec::new();
-                }
-            }
-            Event::Team(team) => {
-                if !self.team(&team) {
                     return Vec::new();
                 }
             }
@@ -251,8 +243,6 @@ impl Cartographer {
             Some("hopper-sim: no brief yet")
         } else if self.terrain.is_none() {
             Some("hopper-sim: no terrain yet")
-        } else if !self.knows_robots() {
-            Some("hopper-sim: no robots yet")
         } else if self.mission.state().is_none() {
             Some("hopper-sim: no state yet")
         } else if !self.current() {
@@ -272,25 +262,6 @@ impl Cartographer {
             }
             self.forget();
         }
-    }
-
-    /// Whether the robots are news: those of a run never change, though their team is published again and again.
-    fn team(&mut self, team: &Team) -> bool {
-        let is_news = self.robots.as_ref().is_none_or(|(run, _)| *run != team.run);
-        if is_news {
-            self.robots = Some((team.run, team.members.iter().map(|member| member.robot).collect()));
-        }
-        is_news
-    }
-
-    /// Whether the robots of the brief's run are known, if it needs any.
-    fn knows_robots(&self) -> bool {
-        self.mission.brief().is_some_and(|brief| {
-            let of_brief = |(run, robots): &(RunId, Vec<Robot>)| {
-                *run == brief.run && robots.len() == usize::from(brief.robots)
-            };
-            !brief.has_team() || self.robots.as_ref().is_some_and(of_brief)
-        })
     }
 
     fn truth(&mut self, page: TruthPage, now: MonotonicNs) -> Vec<Effect> {
@@ -324,42 +295,14 @@ impl Cartographer {
         (brief.run == *run && terrain.grid == brief.grid).then_some(*run)
     }
 
-    /// Whether brief, terrain and state belong to one run, whose robots are known.
+    /// Whether brief, terrain and state belong to one run.
     fn current(&self) -> bool {
-        self.knows_robots() && self.mission.state().is_some_and(|state| self.grounded() == Some(state.run))
+        self.mission.state().is_some_and(|state| self.grounded() == Some(state.run))
     }
 
     /// Whether the map covers the state's pose.
     fn caught_up(&self) -> bool {
         self.current() && self.mission.state().is_some_and(|state| self.folded == state.decision.0 + 1)
-    }
-
-    /// Folds in what `robot` sees once it is at `pose`; at first, what all see from their starts. Of robots other than the
-    /// hopper that `has_moved` counts too: it is a visit.
-    fn fold(&mut self, robot: RobotId, pose: Pose, has_moved: bool, digest: Digest) {
-        let (Some(brief), Some((_, terrain)), Some(observation)) =
-            (self.mission.brief(), &self.terrain, &mut self.observation)
-        else {
-            return;
-        };
-        let decision = Decision(self.folded);
-        match &self.robots {
-            Some((_, robots)) if !brief.is_of_hopper() => {
-                if self.folded == 0 {
-                    let starts: Vec<_> =
-                        robots.iter().map(|robot| (robot.sensor, robot.start.cell)).collect();
-                    observation.enter(terrain, &starts, decision);
-                } else {
-                    let moved = if has_moved { robots.get(usize::from(robot.0)) } else { None };
-                    let moved = moved.map(|robot| (robot.sensor, pose.cell));
-                    observation.enter(terrain, moved.as_slice(), decision);
-                }
-            }
-            _ => observation.fold(brief, terrain, pose, decision),
-        }
-        observation.map_mut().digest = digest;
-        self.actor = robot;
-        self.folded += 1;
     }
 
     /// Whether robots go from point to point. What they see then follows from the points, which only records have: the map is
@@ -368,84 +311,62 @@ impl Cartographer {
         self.mission.brief().is_some_and(Brief::has_routes)
     }
 
-    /// Folds in what all see from their starts.
-    fn fold_track_starts(&mut self, digest: Digest) {
-        let (Some(brief), Some((_, terrain)), Some((_, robots)), Some(observation)) =
-            (self.mission.brief(), &self.terrain, &self.robots, &mut self.observation)
-        else {
-            return;
-        };
-        let seen = self.tracks.begin(brief, terrain, robots);
-        if brief.mixed.is_some() {
-            let starts = robots.iter().map(|robot| (robot.sensor, robot.start.cell));
-            let numbered = (0..).map(RobotId).zip(starts.clone());
-            let around =
-                numbered.flat_map(|(robot, (sensor, cell))| around(brief, terrain, (robot, sensor), cell));
-            let entered: Vec<Cell> =
-                starts.filter(|(sensor, _)| counts_visits(*sensor)).map(|(_, cell)| cell).collect();
-            observation.sense(terrain, seen.into_iter().chain(around), &entered, None, Decision(0));
-        } else if brief.is_of_hopper() {
-            let height_m = terrain.ground(brief.start).map_or(0.0, |ground| ground.height_m);
-            observation.fold(brief, terrain, Pose { cell: brief.start, height_m }, Decision(0));
-        } else {
-            observation.see(terrain, &seen, false, Decision(0));
-        }
-        observation.map_mut().digest = digest;
-        self.folded = 1;
-    }
-
-    /// Folds in a record; false if the points of a route are missing, which is then asked for.
-    fn fold_track(&mut self, record: &Record) -> bool {
+    /// Folds in what all see from their starts, which are in the brief. The `digest` comes with the state of the start only, and no
+    /// map of it is published before.
+    fn fold_starts(&mut self, digest: Digest) {
         let (Some(brief), Some((_, terrain)), Some(observation)) =
             (self.mission.brief(), &self.terrain, &mut self.observation)
         else {
-            return false;
+            return;
         };
-        let Some(seen) = self.tracks.fold(record) else { return false };
-        let sensor = self.tracks.sensor(record.robot);
-        if brief.mixed.is_some()
-            && let Some(sensor @ (Sensor::Disc | Sensor::Square { .. })) = sensor
-        {
-            let here = record.pose.cell;
-            let moved = record.outcome.from != record.outcome.to && counts_visits(sensor);
-            let entered = if moved { &[here][..] } else { &[] };
-            let landed = (sensor == Sensor::Disc).then_some(here);
-            let seen = around(brief, terrain, (record.robot, sensor), here);
-            observation.sense(terrain, seen, entered, landed, record.decision.next());
-        } else if self.tracks.is_hopper(record.robot) {
-            observation.fold(brief, terrain, record.pose, record.decision.next());
-        } else {
-            observation.see(terrain, &seen, self.tracks.errs(record.robot), record.decision.next());
-        }
-        observation.map_mut().digest = record.digest;
-        self.actor = record.robot;
-        self.folded += 1;
-        true
+        let on_tracks = if brief.has_routes() { self.tracks.begin(brief, terrain) } else { Vec::new() };
+        let around_all = brief.robots.iter().flat_map(|robot| {
+            let cell = robot.start.cell;
+            let height_m = terrain.ground(cell).map_or(0.0, |ground| ground.height_m);
+            around(brief.grid, robot.sensor, Pose { cell, height_m })
+        });
+        let covering = brief.robots.iter().filter(|robot| counts_visits(robot.sensor));
+        let entered: Vec<Cell> = covering.map(|robot| robot.start.cell).collect();
+        let landed = (brief.account == Account::Hopper).then_some(brief.robots[0].start.cell);
+        let seen = on_tracks.into_iter().chain(around_all);
+        observation.sense(terrain, seen, &entered, landed, Decision(0));
+        observation.map_mut().digest = digest;
+        self.actor = self.robot;
+        self.folded = 1;
     }
 
-    /// As [`Cartographer::advance`] where robots go from point to point.
-    fn advance_tracks(&mut self, state: &State, now: MonotonicNs) -> Vec<Effect> {
-        if self.folded == 0 {
-            let is_start = state.decision == Decision(0);
-            self.fold_track_starts(if is_start { state.digest } else { Digest::default() });
-            if is_start {
-                self.past.fold_state(state);
+    /// Folds in what `robot` sees around it once it is at `pose`, and has seen `on_way` there. Where rovers cover ground that it
+    /// `has_moved` counts too: it is a visit.
+    fn fold(&mut self, robot: RobotId, pose: Pose, has_moved: bool, on_way: &[usize], digest: Digest) {
+        let (Some(brief), Some((_, terrain)), Some(observation)) =
+            (self.mission.brief(), &self.terrain, &mut self.observation)
+        else {
+            return;
+        };
+        let decision = Decision(self.folded);
+        let here = pose.cell;
+        match brief.robots.at(robot).map(|robot| robot.sensor) {
+            Some(Sensor::ErringCamera(_)) => observation.read(terrain, on_way, decision),
+            Some(sensor @ (Sensor::Disc(_) | Sensor::Square(_) | Sensor::Track(_) | Sensor::Camera(_))) => {
+                let entered = if has_moved && counts_visits(sensor) { &[here][..] } else { &[] };
+                let landed = matches!(sensor, Sensor::Disc(_)).then_some(here);
+                let seen = on_way.iter().copied().chain(around(brief.grid, sensor, pose));
+                observation.sense(terrain, seen, entered, landed, decision);
             }
+            None => observation.sense(terrain, [], &[], None, decision),
         }
-        if self.folded == state.decision.0 + 1 {
-            return self.publish_tracks(state, now);
-        }
-        if let Some(request) = self.tracks.routes().ask(now) {
-            return vec![Effect::RequestRoute(request)];
-        }
-        self.request(state.run, now).into_iter().collect()
+        observation.map_mut().digest = digest;
+        self.actor = robot;
+        self.folded += 1;
     }
 
-    fn publish_tracks(&mut self, state: &State, now: MonotonicNs) -> Vec<Effect> {
-        self.published = Some(now);
-        let mut effects = vec![Effect::PublishMap];
-        effects.extend(self.finish(*state));
-        effects
+    /// Folds in a record; false if the points of a route are missing, which is then asked for.
+    fn fold_record(&mut self, record: &Record) -> bool {
+        let on_way = if self.has_tracks() { self.tracks.fold(record) } else { Some(Vec::new()) };
+        let Some(on_way) = on_way else { return false };
+        let Record { robot, pose, outcome, digest, .. } = *record;
+        self.fold(robot, pose, outcome.from != outcome.to, &on_way, digest);
+        true
     }
 
     fn advance(&mut self, now: MonotonicNs) -> Vec<Effect> {
@@ -462,33 +383,32 @@ impl Cartographer {
         if self.folded > state.decision.0 {
             return self.finish(state);
         }
-        if self.has_tracks() {
-            return self.advance_tracks(&state, now);
+        if self.folded == 0 {
+            let is_start = state.decision == Decision(0);
+            self.fold_starts(if is_start { state.digest } else { Digest::default() });
+            if is_start {
+                self.past.fold_state(&state);
+            }
         }
-        if self.folded < state.decision.0 {
-            self.fold_start();
-        }
-        if self.folded == state.decision.0 {
+        if self.folded == state.decision.0 && !self.has_tracks() {
             let has_moved = state.last.is_some_and(|outcome| outcome.from != outcome.to);
-            self.fold(state.robot, state.pose, has_moved, state.digest);
+            self.fold(state.robot, state.pose, has_moved, &[], state.digest);
             self.past.fold_state(&state);
-            self.published = Some(now);
-            let mut effects = vec![Effect::PublishMap];
-            effects.extend(self.finish(state));
-            return effects;
+        }
+        if self.caught_up() {
+            return self.publish(&state, now);
+        }
+        if let Some(request) = self.tracks.routes().ask(now) {
+            return vec![Effect::RequestRoute(request)];
         }
         self.request(state.run, now).into_iter().collect()
     }
 
-    /// The start is in the brief, so that the past is needed from decision 0 only for what followed.
-    fn fold_start(&mut self) {
-        if self.folded > 0 {
-            return;
-        }
-        let (Some(brief), Some((_, terrain))) = (self.mission.brief(), &self.terrain) else { return };
-        let height_m = terrain.ground(brief.start).map_or(0.0, |ground| ground.height_m);
-        // The start's digest comes with a state only, and no map of it is published before.
-        self.fold(self.robot, Pose { cell: brief.start, height_m }, false, Digest::default());
+    fn publish(&mut self, state: &State, now: MonotonicNs) -> Vec<Effect> {
+        self.published = Some(now);
+        let mut effects = vec![Effect::PublishMap];
+        effects.extend(self.finish(*state));
+        effects
     }
 
     /// Asks for the records whose poses are missing: record k leads to pose k + 1, and the brief has pose 0.
@@ -518,18 +438,13 @@ impl Cartographer {
                     return Vec::new();
                 }
             }
-            if self.has_tracks() {
-                if !self.fold_track(record) {
-                    return self.advance(now);
-                }
-            } else {
-                let Record { robot, pose, outcome, digest, .. } = *record;
-                self.fold(robot, pose, outcome.from != outcome.to, digest);
+            if !self.fold_record(record) {
+                return self.advance(now);
             }
             self.past.fold(record);
         }
         if self.has_tracks() && self.caught_up() && !self.past.is_contradicted_by(&state) {
-            return self.publish_tracks(&state, now);
+            return self.publish(&state, now);
         }
         // What an answer without news left open is asked for again later, not at once.
         if self.folded > folded { self.advance(now) } else { Vec::new() }
@@ -560,7 +475,7 @@ impl Cartographer {
 
 /// Whether the visits of a robot with that sensor are counted: those of rovers that cover ground.
 fn counts_visits(sensor: Sensor) -> bool {
-    matches!(sensor, Sensor::Square { .. })
+    matches!(sensor, Sensor::Square(_))
 }
 
 /// A cell of the map, if it is seen.

@@ -4,11 +4,11 @@
 
 use contract::limits::MAP_PATCH_CELLS;
 use contract::{
-    Brief, Cell, Decision, DriveSpeed, GradientSource, Ground, ObservedMap, Pose, RobotId, Sensor,
+    Account, Brief, Cell, Decision, DriveSpeed, GradientSource, Ground, ObservedMap, Pose, Robot, RobotId,
 };
 use terrain::{Terrain, differences};
 
-use crate::sensing::{disc, square};
+use crate::sensing::around;
 
 /// The observed map under construction.
 #[derive(Clone, Debug)]
@@ -30,7 +30,8 @@ pub struct Observation {
     seen: Vec<u32>,
     /// Treasures before the last landing.
     treasures: Vec<Cell>,
-    /// Whether ground counts as passable by its speed: where nobody hops.
+    /// Whether ground of which a camera that errs has read the speed counts as passable by that: in the mission of a rover and its
+    /// helicopters alone. Among robots of other kinds, passable ground is that of hoppers.
     passable_by_speed: bool,
 }
 
@@ -56,9 +57,10 @@ impl Observation {
     /// A map on which nothing has been seen.
     #[must_use]
     pub fn unseen(brief: &Brief, robot: RobotId) -> Self {
+        let gradient = |robot: &Robot| Some(robot.as_hopper()?.1.gradient);
         Self {
             map: ObservedMap::unseen(brief.run, robot, brief.grid),
-            gradient: brief.sensor.gradient,
+            gradient: brief.robots.iter().find_map(gradient).unwrap_or_default(),
             patch_cells: MAP_PATCH_CELLS,
             known: Bits(vec![0; brief.grid.cells().div_ceil(64)]),
             doubtful: Bits(vec![0; brief.grid.cells().div_ceil(64)]),
@@ -66,7 +68,7 @@ impl Observation {
             links: Vec::new(),
             seen: Vec::new(),
             treasures: Vec::new(),
-            passable_by_speed: brief.mixed.is_none(),
+            passable_by_speed: brief.account != Account::ActionsWithoutWaits,
         }
     }
 
@@ -104,26 +106,18 @@ impl Observation {
         })
     }
 
-    /// Folds in what the sensor sees from `pose` at `decision`. Of `terrain` only the cells of the
+    /// Folds in what the hopper that is robot 0 sees from `pose` at `decision`. Of `terrain` only the cells of the
     /// sensing disc are read, and of its treasures only those there, and heights that were read before.
     ///
     /// # Panics
     /// If the terrain is not on the brief's grid.
     pub fn fold(&mut self, brief: &Brief, terrain: &Terrain, pose: Pose, decision: Decision) {
-        let grid = self.map.grid;
-        assert!(terrain.grid == grid, "terrain and brief disagree on the grid");
-        self.landing.clear();
-        for cell in disc(grid, &brief.sensor, pose) {
-            let index = grid.index(cell).expect("the disc is clipped to the grid");
-            if !self.known.has(index) {
-                self.landing.push(index as u32);
-            }
-        }
-        self.reveal(terrain, Some(pose.cell), &[], decision);
+        let seen = around(brief.grid, brief.robots[0].sensor, pose);
+        self.sense(terrain, seen, &[], Some(pose.cell), decision);
     }
 
-    /// Folds in what robots of a mixed mission see: `seen` along their ways and around them, and the cells that rovers have
-    /// `entered`, each another, which counts as a visit. A hopper, if one has landed, is on `landed`.
+    /// Folds in what robots see: `seen` along their ways and around them, and the cells that rovers have `entered`, each another,
+    /// which counts as a visit. A hopper, if one has landed, is on `landed`. If nothing is new, nothing changes but the decision.
     ///
     /// # Panics
     /// If the terrain is not on the brief's grid, or a cell lies outside.
@@ -182,50 +176,19 @@ impl Observation {
         self.close_landing(decision);
     }
 
-    /// Folds in that robots with these sensors have entered these cells, each another, and what they see from there. If
-    /// there is none, nothing changes but the decision.
+    /// Folds in that a camera that errs has seen these cells. Of a cell that has been seen it says nothing new; what it has read,
+    /// a sensor that does not err corrects.
     ///
     /// # Panics
     /// If the terrain is not on the brief's grid, or a cell lies outside.
-    pub fn enter(&mut self, terrain: &Terrain, entered: &[(Sensor, Cell)], decision: Decision) {
-        let grid = self.map.grid;
-        assert!(terrain.grid == grid, "terrain and brief disagree on the grid");
-        self.landing.clear();
-        self.links.clear();
-        self.seen.clear();
-        for (sensor, cell) in entered {
-            let here = grid.index(*cell).expect("robots enter cells of the grid");
-            let seen = square(grid, *sensor, *cell).filter_map(|cell| grid.index(cell));
-            self.landing.extend(
-                seen.filter(|&index| index == here || !self.known.has(index)).map(|index| index as u32),
-            );
-        }
-        self.landing.sort_unstable();
-        self.landing.dedup();
-        self.landing.iter().for_each(|&index| self.known.add(index as usize));
-        self.learn(terrain, |ground, index, visits| {
-            let is_entered = entered.iter().any(|(_, cell)| grid.index(*cell) == Some(index));
-            (ground, if is_entered { visits.saturating_add(1) } else { visits })
-        });
-        self.close_landing(decision);
-    }
-
-    /// Folds in that a robot has seen these cells on its way, by a camera that errs if `errs`. If there is none, nothing
-    /// changes but the decision. Of a cell that has been seen such a camera says nothing new; what it has read, a sensor that
-    /// does not err corrects.
-    ///
-    /// # Panics
-    /// If the terrain is not on the brief's grid, or a cell lies outside.
-    pub fn see(&mut self, terrain: &Terrain, seen: &[usize], errs: bool, decision: Decision) {
+    pub fn read(&mut self, terrain: &Terrain, seen: &[usize], decision: Decision) {
         assert!(terrain.grid == self.map.grid, "terrain and brief disagree on the grid");
         self.landing.clear();
-        let news = seen.iter().filter(|&&index| !self.known.has(index) || !errs && self.doubtful.has(index));
+        let news = seen.iter().filter(|&&index| !self.known.has(index));
         self.landing.extend(news.map(|&index| index as u32));
         self.landing.sort_unstable();
         self.landing.dedup();
-        for &index in &self.landing {
-            if errs { self.doubtful.add(index as usize) } else { self.doubtful.remove(index as usize) }
-        }
+        self.landing.iter().for_each(|&index| self.doubtful.add(index as usize));
         self.reveal(terrain, None, &[], decision);
     }
 

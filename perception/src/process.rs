@@ -1,7 +1,7 @@
 //! The perception process: ports around the [`Cartographer`].
 
 use contract::{
-    Brief, MapPatch, MapRequest, Name, PastRequest, RobotId, Role, RouteRequest, State, Team, TruthRequest,
+    Brief, MapPatch, MapRequest, Name, PastRequest, RobotId, Role, RouteRequest, State, TruthRequest,
 };
 use process::{
     Client, Failure, Membership, Ports, Process, Reader, Server, Terms, Turn, Writer, accept, log_refusal,
@@ -25,7 +25,6 @@ pub struct Perception<P: Ports> {
     briefs: P::Reader<Brief>,
     truths: P::Client<TruthRequest>,
     states: P::Reader<State>,
-    teams: P::Reader<Team>,
     past: P::Client<PastRequest>,
     /// Opened in a mission whose robots have routes.
     routes: Option<P::Client<RouteRequest>>,
@@ -43,7 +42,6 @@ impl<P: Ports> Perception<P> {
         let perception = Self {
             membership: Membership::join(ports, Role::Perception, Name::NONE, terms)?,
             states: ports.reader(robot, true)?,
-            teams: ports.reader(robot, false)?,
             briefs: ports.reader(robot, false)?,
             truths: ports.client(robot)?,
             past: ports.client(robot)?,
@@ -78,9 +76,6 @@ impl<P: Ports> Perception<P> {
         }
         if let Some(brief) = accept(self.briefs.newest()) {
             append(&mut effects, self.cartographer.on(Event::Brief(brief), ports.now()));
-        }
-        if let Some(team) = accept(self.teams.newest()) {
-            append(&mut effects, self.cartographer.on(Event::Team(team), ports.now()));
         }
         if let Some(page) = accept(self.truths.receive()) {
             append(&mut effects, self.cartographer.on(Event::Truth(page), ports.now()));

@@ -1,11 +1,10 @@
 //! Which cells a sensor sees: the closed disc of [`SensorParameters::reach_cells`], or a square of cells.
 
-use contract::{Brief, Cell, Grid, Pose, RobotId, Sensor, SensorParameters};
-use terrain::Terrain;
+use contract::{Cell, Grid, Pose, Sensor, SensorParameters, Square};
 
 /// The cells of `grid` whose centres lie within the closed disc around `pose`, in index order. A pose
 /// outside the grid sees nothing.
-pub fn disc(grid: Grid, sensor: &SensorParameters, pose: Pose) -> impl Iterator<Item = Cell> {
+pub fn disc(grid: Grid, sensor: &SensorParameters, pose: Pose) -> impl Iterator<Item = Cell> + use<> {
     let reach_cells = sensor.reach_cells(&grid, pose.height_m);
     let centre = pose.cell;
     // Clipped before it is walked: a sensor may see further than any grid is wide.
@@ -18,35 +17,24 @@ pub fn disc(grid: Grid, sensor: &SensorParameters, pose: Pose) -> impl Iterator<
         .filter(move |cell| cell.distance_cells(centre) <= reach_cells)
 }
 
-/// The cells of `grid` that a robot on `centre` sees, in index order.
-pub fn square(grid: Grid, sensor: Sensor, centre: Cell) -> impl Iterator<Item = Cell> {
-    let range = match sensor {
-        Sensor::Square { range_cells } => range_cells as i32,
-        // Those see along their way, not around a cell.
-        Sensor::Track | Sensor::Camera { .. } | Sensor::ErringCamera { .. } | Sensor::Disc => 0,
-    };
+/// The cells of `grid` that a robot on `centre` sees with a sensor of square view, in index order.
+pub fn square(grid: Grid, sensor: Square, centre: Cell) -> impl Iterator<Item = Cell> {
+    let range = sensor.range_cells as i32;
     let clip = |at: i32, side: u32| (at - range).max(0)..=(at + range).min(side as i32 - 1);
     let (columns, rows) = (clip(centre.x, grid.width), clip(centre.y, grid.height));
     rows.flat_map(move |y| columns.clone().map(move |x| Cell::new(x, y)))
 }
 
-/// Indices of the cells that `robot`, which has `sensor`, sees from `cell`, whatever it sees on its way there.
-pub fn around(
-    brief: &Brief,
-    terrain: &Terrain,
-    (robot, sensor): (RobotId, Sensor),
-    cell: Cell,
-) -> Vec<usize> {
-    let grid = brief.grid;
-    let index = |cell: Cell| grid.index(cell);
-    match sensor {
-        Sensor::Disc => {
-            let height_m = terrain.ground(cell).map_or(0.0, |ground| ground.height_m);
-            disc(grid, brief.sensor_of(robot), Pose { cell, height_m }).filter_map(index).collect()
-        }
-        Sensor::Square { .. } => square(grid, sensor, cell).filter_map(index).collect(),
-        Sensor::Track | Sensor::Camera { .. } | Sensor::ErringCamera { .. } => Vec::new(),
-    }
+/// Indices of the cells that a robot with `sensor` sees from `pose`, whatever it sees on its way there.
+pub fn around(grid: Grid, sensor: Sensor, pose: Pose) -> impl Iterator<Item = usize> {
+    let (in_disc, in_square) = match sensor {
+        Sensor::Disc(sensor) => (Some(disc(grid, &sensor, pose)), None),
+        Sensor::Square(sensor) => (None, Some(square(grid, sensor, pose.cell))),
+        // Those see along their way, not around a cell.
+        Sensor::Track(_) | Sensor::Camera(_) | Sensor::ErringCamera(_) => (None, None),
+    };
+    let cells = in_disc.into_iter().flatten().chain(in_square.into_iter().flatten());
+    cells.filter_map(move |cell| grid.index(cell))
 }
 
 #[cfg(test)]
@@ -110,9 +98,8 @@ mod tests {
     #[test]
     fn a_square_of_one_cell_has_nine_cells_and_is_clipped_at_the_border() {
         let grid = Grid::new(5, 4, 1.0, 1).unwrap();
-        let cells = |range_cells, x, y| {
-            square(grid, Sensor::Square { range_cells }, Cell::new(x, y)).collect::<Vec<_>>()
-        };
+        let cells =
+            |range_cells, x, y| square(grid, Square { range_cells }, Cell::new(x, y)).collect::<Vec<_>>();
         assert_eq!(cells(1, 2, 2).len(), 9);
         assert_eq!(cells(1, 0, 0), [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(x, y)| Cell::new(x, y)));
         assert_eq!(cells(2, 4, 3).len(), 9);

@@ -1,6 +1,6 @@
 //! Where robots are that go from point to point, and what they see on their way.
 
-use contract::{Action, Branch, Brief, Record, Robot, RobotId, RouteId, Sensor, Vehicle, Waypoint};
+use contract::{Action, Body, Branch, Brief, Record, Robot, RouteId, Sensor, Waypoint};
 use follow::RouteFollower;
 use scout_world::{StageClock, TrueGround};
 use terrain::Terrain;
@@ -38,34 +38,16 @@ impl Tracks {
     }
 
     /// Puts the robots of a mission to their starts; the cells seen from there. A helicopter sees nothing before it flies.
-    pub fn begin(&mut self, brief: &Brief, terrain: &Terrain, robots: &[Robot]) -> Vec<usize> {
+    pub fn begin(&mut self, brief: &Brief, terrain: &Terrain) -> Vec<usize> {
         self.routes.begin(brief.run);
         self.ground = TrueGround::new(terrain.grid, &terrain.cells).ok();
-        let clock = StageClock::new(brief.scout.map_or(1, |scout| scout.stages));
-        let track = |robot: &Robot| {
-            let at = robot.vehicle.start().unwrap_or_default();
-            Track { robot: *robot, at, route: None, reached: 0, clock }
-        };
-        self.robots = robots.iter().map(track).collect();
+        let clock = StageClock::new(brief.sampling.map_or(1, |sampling| sampling.stages));
+        let track =
+            |robot: &Robot| Track { robot: *robot, at: robot.start_at, route: None, reached: 0, clock };
+        self.robots = brief.robots.iter().map(track).collect();
         let Some(ground) = &self.ground else { return Vec::new() };
-        let on_ground = |track: &&Track| matches!(track.robot.sensor, Sensor::Track);
-        let drivers = self.robots.iter().filter(on_ground);
+        let drivers = self.robots.iter().filter(|track| matches!(track.robot.sensor, Sensor::Track(_)));
         drivers.flat_map(|track| ground.seen(track.robot.sensor, track.at, track.at)).collect()
-    }
-
-    /// Whether that robot sees where it lands, not along a way.
-    pub fn is_hopper(&self, robot: RobotId) -> bool {
-        self.sensor(robot) == Some(Sensor::Disc)
-    }
-
-    /// What that robot sees with, if the mission has it.
-    pub fn sensor(&self, robot: RobotId) -> Option<Sensor> {
-        self.robots.get(usize::from(robot.0)).map(|track| track.robot.sensor)
-    }
-
-    /// Whether what that robot sees may be wrong.
-    pub fn errs(&self, robot: RobotId) -> bool {
-        self.sensor(robot).is_some_and(|sensor| sensor.accuracy().is_some())
     }
 
     /// Moves the robot of a record; the cells that it sees. `None`, and nothing moves, if the points of its route are not
@@ -115,7 +97,7 @@ impl Tracks {
 
     /// A stage is over: the helicopters are with the rover, which is at `at`. One that acts no more sees nothing anyway.
     fn rejoin(&mut self, at: Waypoint) {
-        let flies = |track: &&mut Track| matches!(track.robot.vehicle, Vehicle::Helicopter { .. });
+        let flies = |track: &&mut Track| matches!(track.robot.body, Body::Helicopter(_));
         for track in self.robots.iter_mut().filter(flies) {
             (track.at, track.route, track.reached) = (at, None, 0);
         }

@@ -35,12 +35,16 @@ impl World {
         Self { brief: Brief { run: RUN, ..world.brief }, terrain: world.terrain, turns_at: u64::MAX }
     }
 
+    fn start(&self) -> Cell {
+        self.brief.robots[0].start.cell
+    }
+
     fn pose(&self, cell: Cell) -> Pose {
         Pose { cell, height_m: self.terrain.ground(cell).map_or(0.0, |ground| ground.height_m) }
     }
 
     fn cell(&self, decision: u64) -> Cell {
-        let (start, east) = (self.brief.start, decision.min(self.turns_at));
+        let (start, east) = (self.start(), decision.min(self.turns_at));
         Cell::new(start.x + east as i32, start.y + (decision - east) as i32)
     }
 
@@ -77,7 +81,7 @@ impl World {
             return State {
                 decision: Decision(0),
                 steps: 0,
-                pose: self.pose(self.brief.start),
+                pose: self.pose(self.start()),
                 last: None,
                 digest: Digest::default(),
                 ..self.record(0).state_after(RUN, NOW, NOW)
@@ -121,10 +125,11 @@ fn the_first_map_holds_the_sensing_disc_and_nothing_else() {
     let world = World::new(contract::Profile::Paper2023);
     let map = world.undisturbed(0);
     assert_eq!(map.through, Some(Decision(0)));
-    let radius_m = world.brief.sensor.radius_m(world.pose(world.brief.start).height_m);
+    let (_, sensor) = world.brief.robots[0].as_hopper().unwrap();
+    let radius_m = sensor.radius_m(world.pose(world.start()).height_m);
     for cell in world.brief.grid.iter() {
         let seen = map.ground(cell).is_some();
-        assert_eq!(seen, cell.distance_cells(world.brief.start) <= radius_m, "{cell}");
+        assert_eq!(seen, cell.distance_cells(world.start()) <= radius_m, "{cell}");
         if seen {
             assert_eq!(map.ground(cell), world.terrain.ground(cell), "paper-2023 measures gradients");
         }
@@ -357,7 +362,7 @@ fn another_brief_of_the_same_run_begins_the_map_anew() {
 #[test]
 fn a_treasure_is_on_the_map_from_sight_to_landing() {
     let mut world = World::new(contract::Profile::Paper2023);
-    let start = world.brief.start;
+    let start = world.start();
     // The walk goes east along the start's row; its disc reaches two or three cells.
     let [ahead, behind, far] = [(4, 0), (3, 1), (9, 9)].map(|(x, y)| Cell::new(start.x + x, start.y + y));
     Arc::make_mut(&mut world.terrain).treasures = vec![ahead, behind, far];

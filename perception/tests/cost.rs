@@ -7,7 +7,7 @@ use std::cell::Cell as Counter;
 
 use contract::{
     Branch, Brief, Cell, Collected, Decision, Digest, Flight, GradientSource, Grid, Ground, Leader,
-    MonotonicNs, Outcome, Pose, RobotId, RunId, State, Status, Timing,
+    MonotonicNs, Outcome, Pose, RobotId, RunId, Sensor, SensorParameters, State, Status, Timing,
 };
 use follow::Replica;
 use perception::{Cartographer, Effect, Event};
@@ -53,14 +53,12 @@ fn landings(side: u32) -> Vec<[u64; 2]> {
     let ground = |cell: Cell| Ground { height_m: (f64::from(cell.x * 7 + cell.y)).sin(), ..Ground::FLAT };
     let cells = grid.iter().map(ground).collect();
     let terrain = Terrain { grid, cells, treasures: Vec::new(), prior: Vec::new() };
-    let mut brief = Brief {
-        run: RUN,
-        grid,
-        start: Cell::new(20, 20),
-        ..scenario::load("hard").unwrap().resolve().unwrap().brief
-    };
-    (brief.sensor.gain, brief.sensor.radius_min_m, brief.sensor.radius_max_m) = (0.0, 12.0, 12.0);
-    brief.sensor.gradient = GradientSource::SeenDifferences;
+    let brief = scenario::load("hard").unwrap().resolve().unwrap().brief;
+    let gradient = GradientSource::SeenDifferences;
+    let sensor =
+        SensorParameters { gain: 0.0, offset_m: 0.0, radius_min_m: 12.0, radius_max_m: 12.0, gradient };
+    let mut brief = Brief { run: RUN, grid, ..brief };
+    (brief.robots[0].sensor, brief.robots[0].start.cell) = (Sensor::Disc(sensor), Cell::new(20, 20));
     let mut cartographer = Cartographer::new(ROBOT);
     cartographer.on(Event::Brief(brief), NOW);
     cartographer.on(Event::Terrain(RUN, terrain.clone().into()), NOW);

@@ -10,7 +10,7 @@ use contract::limits::{MAP_PAGE_CELLS, MAP_PATCH_CELLS, PATCHES_BUFFERED};
 use contract::{
     Action, Branch, Brief, Cell, Collected, Decision, Digest, Flight, GradientSource, Grid, Ground, Leader,
     MapPage, MapPatch, MapRequest, MonotonicNs, ObservedMap, Outcome, PastPage, Pose, Record, RobotId, RunId,
-    SensorParameters, Soil, State, Status, Timing,
+    Sensor, SensorParameters, Soil, State, Status, Timing,
 };
 use follow::Replica;
 use perception::{Cartographer, Effect, Event};
@@ -61,7 +61,8 @@ impl Source {
             radius_max_m: radius_m,
             gradient: GradientSource::SeenDifferences,
         };
-        let brief = Brief { run: RUN, grid, sensor, start: Cell::new(1, 1), ..brief };
+        let mut brief = Brief { run: RUN, grid, ..brief };
+        (brief.robots[0].sensor, brief.robots[0].start.cell) = (Sensor::Disc(sensor), Cell::new(1, 1));
         let mut source = Self {
             brief,
             terrain: terrain.into(),
@@ -345,7 +346,7 @@ fn a_patch_lost_between_two_pages_is_noticed_and_the_snapshot_begins_anew() {
     // It walks towards the lower rows, which come first in a snapshot.
     let mut source = Source::new(300, 45.0);
     source.downwards = true;
-    source.brief.start = source.state(0).pose.cell;
+    source.brief.robots[0].start.cell = source.state(0).pose.cell;
     source.begin();
     for _ in 0..150 {
         source.land();
@@ -499,7 +500,7 @@ fn patches_of_a_tail_that_the_journal_has_lost_stand_in_no_ones_way() {
         replica.patch(patch.clone(), at(0));
     }
     source.downwards = true;
-    source.brief.start = source.state(0).pose.cell;
+    source.brief.robots[0].start.cell = source.state(0).pose.cell;
     (source.epoch, source.decision) = (1000, 0);
     source.begin();
     while source.cartographer.map().is_none_or(|map| map.sequence < lost[0].sequence) {

@@ -5,10 +5,10 @@
 use std::sync::Arc;
 
 use contract::{
-    Action, Branch, Brief, Cell, Collected, Decision, Digest, Direction, DriveSpeed, Flight, Grid, Ground,
-    Leader, MapPatch, Member, MonotonicNs, ObservedMap, Outcome, PastPage, Placement, Pose, Record, Robot,
-    RobotId, Route, RouteId, RoutePage, RunId, Scout, Sensor, Standing, State, Status, Team, Timing, Vehicle,
-    Waypoint,
+    Account, Action, Body, Branch, Brief, Camera, Cell, Collected, Decision, Digest, Direction, DriveSpeed,
+    Driver, ErringCamera, Flight, Goal, Grid, Ground, Helicopter, Leader, LookAhead, MapPatch, MonotonicNs,
+    ObservedMap, Outcome, PastPage, Placement, Pose, Reach, Record, Robot, RobotId, Robots, Route, RouteId,
+    RoutePage, RunId, Sampling, Sensor, State, Status, Timing, Track, Waypoint,
 };
 use perception::{Cartographer, Effect, Event, Observation};
 use scout_world::TrueGround;
@@ -21,7 +21,6 @@ const RUN: RunId = RunId(7);
 struct Mission {
     brief: Brief,
     terrain: Arc<Terrain>,
-    robots: Vec<Robot>,
     records: Vec<Record>,
     routes: Vec<Route>,
 }
@@ -30,10 +29,9 @@ impl Mission {
     /// Four rovers: one goes north and back, one waits, and one goes on to a cell that another has seen.
     fn rovers() -> Self {
         let world = scenario::load("coverage").unwrap().resolve().unwrap();
-        let (brief, robots) = (Brief { run: RUN, ..world.brief }, world.fleet.unwrap().robots);
-        let mut mission =
-            Self { brief, terrain: world.terrain, robots, records: Vec::new(), routes: Vec::new() };
-        let mut cells: Vec<Cell> = mission.robots.iter().map(|robot| robot.start.cell).collect();
+        let brief = Brief { run: RUN, ..world.brief };
+        let mut mission = Self { brief, terrain: world.terrain, records: Vec::new(), routes: Vec::new() };
+        let mut cells: Vec<Cell> = brief.robots.iter().map(|robot| robot.start.cell).collect();
         let (north, east, south) = (Direction::North, Direction::East, Direction::South);
         for (robot, direction) in [
             (0, Some(north)),
@@ -70,24 +68,32 @@ impl Mission {
         };
         let cells = (0..grid.cells()).map(ground).collect();
         let start = Waypoint { x_m: 2.5, y_m: 4.5 };
-        let driver = Vehicle::Driver { start, goal: Waypoint { x_m: 22.5, y_m: 14.5 }, goal_radius_m: 1.0 };
-        let helicopter = Vehicle::Helicopter { start, speed_mps: 5.0, budget_m: 300.0 };
-        let placement = Placement { cell: Cell::new(2, 4), heading: Direction::North };
-        let robot = |(vehicle, sensor)| Robot { vehicle, sensor, start: placement };
-        let scout = Scout { seed: 1, rover_samples: 1, helicopter_samples: 1, stages: 1 };
+        let driver = Robot {
+            body: Body::Driver(Driver {}),
+            sensor: Sensor::Track(Track {}),
+            start: Placement { cell: Cell::new(2, 4), heading: Direction::North },
+            start_at: start,
+            goal: Goal::Reach(Reach { at: Waypoint { x_m: 22.5, y_m: 14.5 }, radius_m: 1.0 }),
+            required: true,
+        };
+        let helicopter = Robot {
+            body: Body::Helicopter(Helicopter { speed_mps: 5.0, budget_m: 300.0 }),
+            sensor: Sensor::Camera(Camera { radius_m: 3.0 }),
+            goal: Goal::LookAhead(LookAhead {}),
+            required: false,
+            ..driver
+        };
+        let sampling = Sampling { seed: 1, rover_samples: 1, helicopter_samples: 1, stages: 1 };
         let mut mission = Self {
             brief: Brief {
                 run: RUN,
                 grid,
-                robots: 2,
-                scout: Some(scout),
-                start: placement.cell,
+                account: Account::Actions,
+                sampling: Some(sampling),
+                robots: Robots::new(&[driver, helicopter]).unwrap(),
                 ..hopper.brief
             },
             terrain: Terrain { grid, cells, treasures: Vec::new(), prior: Vec::new() }.into(),
-            robots: [(driver, Sensor::Track), (helicopter, Sensor::Camera { radius_m: 3.0 })]
-                .map(robot)
-                .to_vec(),
             records: Vec::new(),
             routes: Vec::new(),
         };
@@ -99,7 +105,7 @@ impl Mission {
         .map(|points| Route::new(points).unwrap())
         .to_vec();
         let [way, flight] = [0, 1].map(|route| Action::Announce(mission.routes[route].id()));
-        let here = mission.robots[0].start.cell;
+        let here = mission.start();
         for (robot, action) in [
             (0, way),
             (1, flight),
@@ -118,9 +124,9 @@ impl Mission {
     /// on from there.
     fn scouts_in_two_stages() -> Self {
         let mut mission = Self::scouts();
-        mission.brief.scout.as_mut().unwrap().stages = 2;
+        mission.brief.sampling.as_mut().unwrap().stages = 2;
         // Of no cell the middle is just at the border of the view.
-        mission.robots[1].sensor = Sensor::Camera { radius_m: 2.9 };
+        mission.brief.robots[1].sensor = Sensor::Camera(Camera { radius_m: 2.9 });
         for ground in &mut std::sync::Arc::make_mut(&mut mission.terrain).cells {
             *ground = Ground { speed: Some(DriveSpeed::Slow), ..Ground::FLAT };
         }
@@ -135,7 +141,7 @@ impl Mission {
         .to_vec();
         mission.records.clear();
         let [way, flight, again] = [0, 1, 2].map(|route| Action::Announce(mission.routes[route].id()));
-        let here = mission.robots[0].start.cell;
+        let here = mission.start();
         for (robot, action, branch) in [
             (0, way, Branch::Held),
             (1, flight, Branch::Held),
@@ -154,12 +160,17 @@ impl Mission {
     /// by 3.
     fn scouts_that_err() -> Self {
         let mut mission = Self::scouts();
-        mission.robots[1].sensor = Sensor::ErringCamera { radius_m: 3.0, accuracy: 0.7 };
+        mission.brief.robots[1].sensor = Sensor::ErringCamera(ErringCamera { radius_m: 3.0, accuracy: 0.7 });
         let cells = &mut std::sync::Arc::make_mut(&mut mission.terrain).cells;
         for (index, ground) in cells.iter_mut().enumerate() {
             ground.reading = if index % 3 == 0 { Some(DriveSpeed::Zero) } else { ground.speed };
         }
         mission
+    }
+
+    /// Where robot 0 begins.
+    fn start(&self) -> Cell {
+        self.brief.robots[0].start.cell
     }
 
     fn act(&mut self, robot: u16, action: Action, from: Cell, to: Cell, branch: Branch) {
@@ -191,7 +202,7 @@ impl Mission {
     /// This mission up to `decision`, then another past.
     fn flown_elsewhere_from(mut self, decision: usize) -> Self {
         self.records.truncate(decision);
-        let cell = self.robots[0].start.cell;
+        let cell = self.start();
         for _ in 0..3 {
             self.act(0, Action::Hold, cell, cell, Branch::Held);
         }
@@ -204,7 +215,7 @@ impl Mission {
 
     fn state(&self, decision: u64) -> State {
         let Some(last) = decision.checked_sub(1) else {
-            let pose = Pose { cell: self.brief.start, height_m: 0.0 };
+            let pose = Pose { cell: self.start(), height_m: 0.0 };
             let first = self.records[0].state_after(RUN, NOW, NOW);
             let (decision, digest) = (Decision(0), Digest::default());
             return State { decision, digest, pose, last: None, steps: 0, robot: RobotId(0), ..first };
@@ -212,32 +223,9 @@ impl Mission {
         self.records[last as usize].state_after(RUN, NOW, NOW)
     }
 
-    fn team(&self) -> Team {
-        let member = |robot: &Robot| Member {
-            robot: *robot,
-            at: robot.start,
-            ready_at_ns: 0,
-            standing: Standing::Active,
-            waits: false,
-            leader: Leader::default(),
-            last: None,
-            travel: None,
-        };
-        Team {
-            run: RUN,
-            decision: Decision(0),
-            digest: Digest::default(),
-            due: RobotId(0),
-            actor: None,
-            members: self.robots.iter().map(member).collect(),
-        }
-    }
-
     fn ready(&self) -> Cartographer {
         let mut cartographer = Cartographer::new(RobotId(0));
-        for event in
-            [Event::Brief(self.brief), Event::Terrain(RUN, self.terrain.clone()), Event::Team(self.team())]
-        {
+        for event in [Event::Brief(self.brief), Event::Terrain(RUN, self.terrain.clone())] {
             assert_eq!(cartographer.on(event, NOW), []);
         }
         cartographer
@@ -328,7 +316,8 @@ fn a_rovers_map_counts_who_entered_a_cell_and_holds_the_squares_around_them() {
     let map = cartographer.map().unwrap();
     let moves = mission.records.iter().filter(|record| record.outcome.from != record.outcome.to);
     let moved = moves.map(|record| record.outcome.to);
-    let entered: Vec<Cell> = mission.robots.iter().map(|robot| robot.start.cell).chain(moved).collect();
+    let starts = mission.brief.robots.iter().map(|robot| robot.start.cell);
+    let entered: Vec<Cell> = starts.chain(moved).collect();
     for (index, cell) in mission.brief.grid.iter().enumerate() {
         let visits = entered.iter().filter(|entered| **entered == cell).count();
         assert_eq!(usize::from(map.visits(index)), visits, "{cell}");
@@ -345,10 +334,10 @@ fn the_map_of_robots_with_routes_holds_what_they_have_seen_on_their_way() {
     let (cartographer, patches) = mission.followed();
     let truth = TrueGround::new(mission.brief.grid, &mission.terrain.cells).unwrap();
     let points = |route: usize| mission.routes[route].waypoints().to_vec();
-    let mut seen: Vec<usize> = truth.seen(mission.robots[0].sensor, points(0)[0], points(0)[0]);
+    let mut seen: Vec<usize> = truth.seen(mission.brief.robots[0].sensor, points(0)[0], points(0)[0]);
     for (robot, points) in [(0, points(0)), (1, points(1))] {
         for leg in points.windows(2) {
-            seen.extend(truth.seen(mission.robots[robot].sensor, leg[0], leg[1]));
+            seen.extend(truth.seen(mission.brief.robots[robot].sensor, leg[0], leg[1]));
         }
     }
     let map = cartographer.map().unwrap();
@@ -368,7 +357,7 @@ fn a_reading_is_on_the_map_until_a_rover_has_been_there() {
     let truth = TrueGround::new(mission.brief.grid, &mission.terrain.cells).unwrap();
     let way = mission.routes[0].waypoints();
     let driven: Vec<usize> =
-        way.windows(2).flat_map(|leg| truth.seen(Sensor::Track, leg[0], leg[1])).collect();
+        way.windows(2).flat_map(|leg| truth.seen(Sensor::Track(Track {}), leg[0], leg[1])).collect();
     let (mut read, mut corrected) = (0, 0);
     let map = cartographer.map().unwrap();
     for (index, ground) in map.cells().iter().enumerate() {
@@ -443,61 +432,11 @@ fn records_that_are_in_the_map_are_no_reason_to_publish_it() {
 }
 
 #[test]
-fn nothing_is_mapped_before_the_robots_of_the_run_are_known() {
-    for mission in [Mission::rovers(), Mission::scouts()] {
-        let mut cartographer = Cartographer::new(RobotId(0));
-        let others = Team { run: RunId(8), ..mission.team() };
-        for event in [
-            Event::Brief(mission.brief),
-            Event::Terrain(RUN, mission.terrain.clone()),
-            Event::State(mission.state(0)),
-            Event::Team(others),
-        ] {
-            assert_eq!(cartographer.on(event, NOW), []);
-        }
-        assert_eq!(cartographer.waits_for(), Some("hopper-sim: no robots yet"));
-        assert_eq!(cartographer.on(Event::Tick, NOW), []);
-        assert_eq!(cartographer.on(Event::Team(mission.team()), NOW), [Effect::PublishMap]);
-        assert_eq!(cartographer.waits_for(), None);
-    }
-}
-
-#[test]
-fn a_team_that_is_too_small_is_not_that_of_the_brief() {
-    let mission = Mission::rovers();
-    let mut cartographer = Cartographer::new(RobotId(0));
-    let mut team = mission.team();
-    team.members = team.members[1..].into();
-    for event in [
-        Event::Brief(mission.brief),
-        Event::Terrain(RUN, mission.terrain.clone()),
-        Event::Team(team),
-        Event::State(mission.state(0)),
-    ] {
-        assert_eq!(cartographer.on(event, NOW), []);
-    }
-}
-
-#[test]
-fn the_robots_of_a_run_stay_as_they_were_first_told() {
-    let mission = Mission::rovers();
-    let mut cartographer = mission.ready();
-    let mut team = mission.team();
-    Arc::make_mut(&mut team.members).reverse();
-    cartographer.on(Event::Team(team), NOW);
-    mission.tell(&mut cartographer, mission.state(0));
-    mission.tell(&mut cartographer, mission.state(1));
-    let to = mission.records[0].outcome.to;
-    let index = mission.brief.grid.index(to).unwrap();
-    assert_eq!(cartographer.map().unwrap().visits(index), 1);
-}
-
-#[test]
 fn the_robots_of_an_earlier_mission_have_no_part_in_a_hoppers() {
     let rovers = Mission::rovers();
     let (mut cartographer, _) = rovers.followed();
     let hopper = scenario::load("hard").unwrap().resolve().unwrap();
-    let (run, start) = (RunId(8), hopper.brief.start);
+    let (run, start) = (RunId(8), hopper.brief.robots[0].start.cell);
     let pose = Pose { cell: start, height_m: hopper.terrain.ground(start).unwrap().height_m };
     cartographer.on(Event::Brief(Brief { run, ..hopper.brief }), NOW);
     cartographer.on(Event::Terrain(run, hopper.terrain), NOW);
@@ -542,7 +481,7 @@ fn a_map_of_several_robots_is_built_anew_for_another_past() {
 fn the_end_of_a_mission_of_several_robots_is_reported_with_its_last_map_and_once() {
     for mission in [Mission::rovers(), Mission::scouts()] {
         let (mut cartographer, _) = mission.followed();
-        let cell = mission.robots[0].start.cell;
+        let cell = mission.start();
         let mut ended = mission;
         ended.act(0, Action::Hold, cell, cell, Branch::Held);
         let end = State { status: Status::Goal, ..ended.state(ended.through()) };

@@ -16,12 +16,12 @@ impl Planner for Beeline {
     }
 
     fn plan(&mut self, situation: &Situation<'_>, _: &Budget) -> Plan {
-        let Situation { brief, state, .. } = *situation;
-        let target = |direction| brief.grid.hop(state.pose.cell, direction);
+        let (leg, state) = (situation.leg(), situation.state);
+        let target = |direction| leg.grid.hop(state.pose.cell, direction);
         let open = |direction: &Direction| {
-            brief.grid.contains(target(*direction)) && !state.vetoed.has(Action::Hop(*direction))
+            leg.grid.contains(target(*direction)) && !state.vetoed.has(Action::Hop(*direction))
         };
-        let distance = |direction| target(direction).distance_cells(brief.goal);
+        let distance = |direction| target(direction).distance_cells(leg.goal);
         let best =
             Direction::ALL.into_iter().filter(open).min_by(|&a, &b| distance(a).total_cmp(&distance(b)));
         match best {

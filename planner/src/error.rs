@@ -4,9 +4,7 @@ use contract::{Decision, Name};
 
 use contract::spelling::did_you_mean;
 
-use crate::names::{
-    AHEAD_ALGORITHMS, ALGORITHMS, CLAIRVOYANT, COVER_ALGORITHMS, DRIVE_ALGORITHMS, FLY_ALGORITHMS, listed,
-};
+use crate::names::{all, listed};
 
 /// A request for a planner that cannot be met.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -40,9 +38,7 @@ pub enum PlannerError {
 
 /// The planners that `got` resembles, or all that there are.
 fn meant(got: &str) -> String {
-    let groups =
-        [ALGORITHMS, AHEAD_ALGORITHMS, COVER_ALGORITHMS, DRIVE_ALGORITHMS, FLY_ALGORITHMS, &[CLAIRVOYANT]];
-    match did_you_mean(got, groups.concat()).as_str() {
+    match did_you_mean(got, all()).as_str() {
         "" => format!("; need one of {}", listed()),
         meant => meant.to_owned(),
     }

@@ -24,20 +24,21 @@ impl Planner for Greedy {
     }
 
     fn plan(&mut self, situation: &Situation<'_>, _: &Budget) -> Plan {
-        let Situation { brief, map, state, .. } = *situation;
+        let Situation { map, state, .. } = *situation;
+        let leg = situation.leg();
         let here = state.pose.cell;
-        if here == brief.goal {
+        if here == leg.goal {
             return Plan::at_once(Action::Hold, PlanStatus::Solved);
         }
-        let payoff = LandingPayoff::new(brief);
-        let belief = Belief::new(brief, map);
+        let payoff = LandingPayoff::new(leg);
+        let belief = Belief::new(leg, map);
         // The paper's hopper knows no ground that it must not enter; among other robots their cells are such.
-        let is_of_paper = brief.profile == Profile::Paper2023 && brief.mixed.is_none();
+        let is_of_paper = leg.profile == Profile::Paper2023 && !leg.is_shared;
         let payoffs = Direction::ALL.map(|direction| {
-            let cell = brief.grid.hop(here, direction);
+            let cell = leg.grid.hop(here, direction);
             let ground = belief.ground(cell);
             let eligible =
-                brief.grid.contains(here) && brief.grid.contains(cell) && (ground.passable || is_of_paper);
+                leg.grid.contains(here) && leg.grid.contains(cell) && (ground.passable || is_of_paper);
             eligible.then(|| payoff.of(cell, ground) + payoff.of_treasure(map, cell))
         });
         match first_best_allowed(payoffs, 0.0, state.vetoed) {

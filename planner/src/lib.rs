@@ -29,7 +29,6 @@
 
 #![warn(clippy::disallowed_methods)]
 
-pub mod algorithm;
 mod assignment;
 mod closed;
 pub mod conformance;
@@ -55,14 +54,13 @@ mod usual;
 
 pub use contract;
 
-pub use algorithm::algorithm;
 pub use assignment::assigned;
 pub use contract::map::belief;
 pub use contract::map::payoff;
 pub use error::PlannerError;
 pub use names::{
-    AHEAD_ALGORITHMS, ALGORITHMS, CLAIRVOYANT, COVER_ALGORITHMS, DRIVE_ALGORITHMS, FLY_ALGORITHMS, listed,
-    suited, usual,
+    AHEAD_ALGORITHMS, ALGORITHMS, CLAIRVOYANT, COVER_ALGORITHMS, DRIVE_ALGORITHMS, FLY_ALGORITHMS, algorithm,
+    listed, suited, usual,
 };
 pub use plan::{Budget, Plan, PlanStatus, Planner, Pulse, Scouting, Situation};
 #[cfg(feature = "shell")]

@@ -1,31 +1,25 @@
-//! The names that algorithms are asked for by.
+//! The table of planners: what each is called, what it is for, and how it is made.
+//!
+//! The lists of names, which planners suit a robot, which is usual for it, and the help texts follow from it.
 
-use contract::{Brief, Name, Task, Vehicle};
+use contract::{Account, Body, Brief, Goal, Name, Robot};
 use coverage::Algorithm;
 
-/// Every algorithm that a planner process can run for a hopper.
-pub const ALGORITHMS: &[&str] = &[MDP, GREEDY, ASTAR, DSTAR_LITE, HOLD];
+use crate::cover::Cover;
+use crate::drive::{Drive, RouteSearch};
+use crate::error::PlannerError;
+use crate::fly::{FlightSearch, Fly, LookAhead};
+use crate::greedy::Greedy;
+use crate::hold::Hold;
+use crate::mdp::Mdp;
+use crate::plan::Planner;
+use crate::route::{AStar, DStarLite};
 
-/// Every algorithm that a planner process can run for rovers that cover ground.
-pub const COVER_ALGORITHMS: &[&str] = &{
-    let mut names = [""; Algorithm::ALL.len()];
-    let mut index = 0;
-    while index < names.len() {
-        names[index] = Algorithm::ALL[index].name();
-        index += 1;
-    }
-    names
-};
-
-/// Every algorithm that a planner process can run for a rover that drives to a goal over uncertain ground.
-pub const DRIVE_ALGORITHMS: &[&str] = &[RRT_STAR, RRT_STAR_ETT, ETT_EXACT];
-
-/// Every algorithm that a planner process can run for a helicopter that looks ahead for a rover.
-pub const FLY_ALGORITHMS: &[&str] = &[SCOUT_ROUTE, RRT_STAR_IT, SCOUT_VALUE];
-
-/// Every algorithm that a planner process can run for a helicopter that looks ahead for a hopper.
-pub const AHEAD_ALGORITHMS: &[&str] = &[SCOUT_AHEAD];
-
+pub(crate) const MDP: &str = "mdp";
+pub(crate) const GREEDY: &str = "greedy";
+pub(crate) const ASTAR: &str = "astar";
+pub(crate) const DSTAR_LITE: &str = "dstar_lite";
+pub(crate) const HOLD: &str = "hold";
 pub(crate) const RRT_STAR: &str = "rrt_star";
 pub(crate) const RRT_STAR_ETT: &str = "rrt_star_ett";
 pub(crate) const ETT_EXACT: &str = "ett_exact";
@@ -33,70 +27,221 @@ pub(crate) const SCOUT_ROUTE: &str = "scout_route";
 pub(crate) const RRT_STAR_IT: &str = "rrt_star_it";
 pub(crate) const SCOUT_VALUE: &str = "scout_value";
 pub(crate) const SCOUT_AHEAD: &str = "scout_ahead";
-pub(crate) const MDP: &str = "mdp";
-pub(crate) const GREEDY: &str = "greedy";
-pub(crate) const ASTAR: &str = "astar";
-pub(crate) const DSTAR_LITE: &str = "dstar_lite";
-pub(crate) const HOLD: &str = "hold";
 
-/// The planner that sees the whole ground. No process can run it, so it is not one of [`ALGORITHMS`].
+/// The planner that sees the whole ground. No process can run it, so it is not in the table.
 pub const CLAIRVOYANT: &str = "clairvoyant";
 
-/// The algorithms that suit a vehicle in that mission; without a vehicle, a hopper that is alone.
+/// Every planner that a process can run. Where a robot may have planners of several purposes, the first usual one is its usual one.
+const PLANNERS: &[BuiltIn] = &[
+    BuiltIn::new(MDP, Purpose::Hop, || Box::<Mdp>::default()).usual(),
+    BuiltIn::new(GREEDY, Purpose::Hop, || Box::new(Greedy)),
+    BuiltIn::new(ASTAR, Purpose::Hop, || Box::new(AStar)),
+    BuiltIn::new(DSTAR_LITE, Purpose::Hop, || Box::<DStarLite>::default()),
+    BuiltIn::new(HOLD, Purpose::Hop, || Box::new(Hold)),
+    BuiltIn::new(Algorithm::Spiral.name(), Purpose::Cover, || covers(Algorithm::Spiral)),
+    BuiltIn::new(Algorithm::SpiralCircumnavigation.name(), Purpose::Cover, || {
+        covers(Algorithm::SpiralCircumnavigation)
+    }),
+    BuiltIn::new(Algorithm::Boustrophedon.name(), Purpose::Cover, || covers(Algorithm::Boustrophedon)),
+    BuiltIn::new(Algorithm::BoustrophedonCircumnavigation.name(), Purpose::Cover, || {
+        covers(Algorithm::BoustrophedonCircumnavigation)
+    }),
+    BuiltIn::new(Algorithm::CoverFrontier.name(), Purpose::Cover, || covers(Algorithm::CoverFrontier))
+        .usual(),
+    BuiltIn::new(RRT_STAR, Purpose::Drive, || Box::new(Drive::new(RouteSearch::Shortest))),
+    BuiltIn::new(RRT_STAR_ETT, Purpose::Drive, || Box::new(Drive::new(RouteSearch::ExpectedTime))).usual(),
+    BuiltIn::new(ETT_EXACT, Purpose::Drive, || Box::new(Drive::new(RouteSearch::Exact))),
+    BuiltIn::new(SCOUT_ROUTE, Purpose::LookAheadOfDriver, || Box::new(Fly::new(FlightSearch::Route))),
+    BuiltIn::new(RRT_STAR_IT, Purpose::LookAheadOfDriver, || Box::new(Fly::new(FlightSearch::Spread)))
+        .usual(),
+    BuiltIn::new(SCOUT_VALUE, Purpose::LookAheadOfDriver, || Box::new(Fly::new(FlightSearch::Value))),
+    BuiltIn::new(SCOUT_AHEAD, Purpose::LookAheadOfHopper, || Box::<LookAhead>::default()).usual(),
+];
+
+const _: () =
+    assert!(count(Purpose::Cover) == Algorithm::ALL.len(), "all planners of coverage are in the table");
+
+/// A planner that a process can run.
+struct BuiltIn {
+    /// The name that it is asked for by.
+    name: &'static str,
+    purpose: Purpose,
+    /// Whether it commands a robot for which nobody names another.
+    is_usual: bool,
+    /// Makes one that has planned nothing.
+    make: fn() -> Box<dyn Planner>,
+}
+
+impl BuiltIn {
+    const fn new(name: &'static str, purpose: Purpose, make: fn() -> Box<dyn Planner>) -> Self {
+        Self { name, purpose, is_usual: false, make }
+    }
+
+    const fn usual(self) -> Self {
+        Self { is_usual: true, ..self }
+    }
+}
+
+fn covers(algorithm: Algorithm) -> Box<dyn Planner> {
+    Box::new(Cover::new(algorithm))
+}
+
+/// What a planner is for: robots of one body with one kind of goal.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Purpose {
+    /// Hoppers that go to a cell, or to one after another.
+    Hop,
+    /// Helicopters that look ahead for hoppers.
+    LookAheadOfHopper,
+    /// Rovers that cover ground.
+    Cover,
+    /// Rovers that drive to a goal over uncertain ground.
+    Drive,
+    /// Helicopters that look ahead for such rovers.
+    LookAheadOfDriver,
+}
+
+impl Purpose {
+    /// In the order of help texts, with the words that come before the planners of each.
+    const LISTED: [(Purpose, &'static str); 5] = [
+        (Purpose::Hop, ""),
+        (Purpose::LookAheadOfHopper, "; for a hopper's helicopter "),
+        (Purpose::Cover, "; for rovers that cover ground "),
+        (Purpose::Drive, "; for a rover that is scouted for "),
+        (Purpose::LookAheadOfDriver, ", and its helicopter "),
+    ];
+
+    /// Whether planners of this purpose can plan for a robot of that mission.
+    fn is_of(self, brief: &Brief, robot: &Robot) -> bool {
+        let looks_ahead = matches!((robot.body, robot.goal), (Body::Helicopter(_), Goal::LookAhead(_)));
+        match self {
+            Purpose::Hop => robot.body.hops() && robot.goal.cell(&brief.grid, 0).is_some(),
+            Purpose::Cover => matches!((robot.body, robot.goal), (Body::Rover(_), Goal::Cover(_))),
+            Purpose::Drive => matches!((robot.body, robot.goal), (Body::Driver(_), Goal::Reach(_))),
+            Purpose::LookAheadOfDriver => looks_ahead && brief.robots.iter().any(|other| other.body.drives()),
+            // A mission of which all actions count is that of a rover and its helicopters alone.
+            Purpose::LookAheadOfHopper => looks_ahead && brief.account != Account::Actions,
+        }
+    }
+}
+
+const fn count(purpose: Purpose) -> usize {
+    let (mut count, mut row) = (0, 0);
+    while row < PLANNERS.len() {
+        count += (PLANNERS[row].purpose as u8 == purpose as u8) as usize;
+        row += 1;
+    }
+    count
+}
+
+/// The names of all planners of a purpose, of which there are `N`.
+const fn names<const N: usize>(purpose: Purpose) -> [&'static str; N] {
+    let mut names = [""; N];
+    let (mut found, mut row) = (0, 0);
+    while row < PLANNERS.len() {
+        if PLANNERS[row].purpose as u8 == purpose as u8 {
+            names[found] = PLANNERS[row].name;
+            found += 1;
+        }
+        row += 1;
+    }
+    names
+}
+
+/// Every algorithm that a planner process can run for a hopper.
+pub const ALGORITHMS: &[&str] = &names::<{ count(Purpose::Hop) }>(Purpose::Hop);
+
+/// Every algorithm that a planner process can run for rovers that cover ground.
+pub const COVER_ALGORITHMS: &[&str] = &names::<{ count(Purpose::Cover) }>(Purpose::Cover);
+
+/// Every algorithm that a planner process can run for a rover that drives to a goal over uncertain ground.
+pub const DRIVE_ALGORITHMS: &[&str] = &names::<{ count(Purpose::Drive) }>(Purpose::Drive);
+
+/// Every algorithm that a planner process can run for a helicopter that looks ahead for a rover.
+pub const FLY_ALGORITHMS: &[&str] =
+    &names::<{ count(Purpose::LookAheadOfDriver) }>(Purpose::LookAheadOfDriver);
+
+/// Every algorithm that a planner process can run for a helicopter that looks ahead for a hopper.
+pub const AHEAD_ALGORITHMS: &[&str] =
+    &names::<{ count(Purpose::LookAheadOfHopper) }>(Purpose::LookAheadOfHopper);
+
+/// A fresh planner of the algorithm called `name`.
+///
+/// # Errors
+/// [`PlannerError::UnknownAlgorithm`] names the known ones; [`PlannerError::LockstepOnly`] refuses
+/// the clairvoyant.
+pub fn algorithm(name: &str) -> Result<Box<dyn Planner>, PlannerError> {
+    match PLANNERS.iter().find(|planner| planner.name == name) {
+        Some(planner) => Ok((planner.make)()),
+        None if name == CLAIRVOYANT => Err(PlannerError::LockstepOnly),
+        None => Err(PlannerError::UnknownAlgorithm { got: name.to_owned() }),
+    }
+}
+
+fn suiting<'a>(brief: &'a Brief, robot: &'a Robot) -> impl Iterator<Item = &'static BuiltIn> + 'a {
+    PLANNERS.iter().filter(|planner| planner.purpose.is_of(brief, robot))
+}
+
+/// The algorithms that suit a robot of that mission.
 #[must_use]
-pub fn suited(brief: &Brief, vehicle: Option<Vehicle>) -> Vec<&'static str> {
-    let tasks = brief.tasks_of(vehicle).into_iter();
-    tasks.flat_map(|task| of_vehicle(task, vehicle)).copied().collect()
+pub fn suited(brief: &Brief, robot: &Robot) -> Vec<&'static str> {
+    suiting(brief, robot).map(|planner| planner.name).collect()
 }
 
-/// All algorithms for that task, whatever the vehicle.
-pub(crate) fn of_task(task: Task) -> Vec<&'static str> {
-    match task {
-        Task::Reach | Task::Patrol => ALGORITHMS.to_vec(),
-        Task::Accompany => [ALGORITHMS, AHEAD_ALGORITHMS].concat(),
-        Task::Cover(_) => COVER_ALGORITHMS.to_vec(),
-        Task::Scout(_) => [DRIVE_ALGORITHMS, FLY_ALGORITHMS].concat(),
-        // Robots of a mixed mission have tasks of their own.
-        Task::Mixed(_) => Vec::new(),
-    }
-}
-
-fn of_vehicle(task: Task, vehicle: Option<Vehicle>) -> &'static [&'static str] {
-    match vehicle {
-        None | Some(Vehicle::Hopper | Vehicle::HopperTo { .. }) => ALGORITHMS,
-        Some(Vehicle::Rover { .. }) => COVER_ALGORITHMS,
-        Some(Vehicle::Driver { .. }) => DRIVE_ALGORITHMS,
-        Some(Vehicle::Helicopter { .. }) if task == Task::Accompany => AHEAD_ALGORITHMS,
-        Some(Vehicle::Helicopter { .. }) => FLY_ALGORITHMS,
-    }
-}
-
-/// The algorithm that commands a vehicle in that mission for which nobody names another.
+/// The algorithm that commands a robot of that mission for which nobody names another; `None` if no algorithm suits it.
 #[must_use]
-pub fn usual(brief: &Brief, vehicle: Option<Vehicle>) -> &'static str {
-    match vehicle {
-        None | Some(Vehicle::Hopper | Vehicle::HopperTo { .. }) => MDP,
-        Some(Vehicle::Rover { .. }) => "cover_frontier",
-        Some(Vehicle::Driver { .. }) => RRT_STAR_ETT,
-        Some(Vehicle::Helicopter { .. }) if brief.scout.is_none() => SCOUT_AHEAD,
-        Some(Vehicle::Helicopter { .. }) => RRT_STAR_IT,
-    }
+pub fn usual(brief: &Brief, robot: &Robot) -> Option<&'static str> {
+    suiting(brief, robot).find(|planner| planner.is_usual).map(|planner| planner.name)
 }
 
 /// All algorithms that a planner process can run, with what each is for: for help texts.
 #[must_use]
 pub fn listed() -> String {
-    format!(
-        "{}; for a hopper's helicopter {}; for rovers that cover ground {}; for a rover that is scouted for {}, and its helicopter {}",
-        ALGORITHMS.join(", "),
-        AHEAD_ALGORITHMS.join(", "),
-        COVER_ALGORITHMS.join(", "),
-        DRIVE_ALGORITHMS.join(", "),
-        FLY_ALGORITHMS.join(", ")
-    )
+    let listed = |(purpose, words)| format!("{words}{}", of(purpose).collect::<Vec<_>>().join(", "));
+    Purpose::LISTED.map(listed).concat()
 }
 
-/// One of the names above as a [`Name`].
+/// The names of all planners in the order of help texts, and the one that no process can run.
+pub(crate) fn all() -> impl Iterator<Item = &'static str> {
+    Purpose::LISTED.into_iter().flat_map(|(purpose, _)| of(purpose)).chain([CLAIRVOYANT])
+}
+
+/// The names of the planners of a purpose.
+fn of(purpose: Purpose) -> impl Iterator<Item = &'static str> {
+    PLANNERS.iter().filter(move |planner| planner.purpose == purpose).map(|planner| planner.name)
+}
+
+/// A planner's name as a [`Name`].
 pub(crate) fn name(text: &'static str) -> Name {
     text.parse().expect("the names of algorithms are short and printable")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_helicopter_may_have_the_planners_for_those_whom_it_looks_ahead_for() {
+        for (scenario, usually, names) in [
+            ("hopper-scout", SCOUT_AHEAD, AHEAD_ALGORITHMS.to_vec()),
+            ("rover-helicopter", RRT_STAR_IT, FLY_ALGORITHMS.to_vec()),
+            ("expedition", RRT_STAR_IT, [FLY_ALGORITHMS, AHEAD_ALGORITHMS].concat()),
+        ] {
+            let brief = scenario::load(scenario).unwrap().resolve().unwrap().brief;
+            let flies = |robot: &&Robot| matches!(robot.body, Body::Helicopter(_));
+            let helicopter = brief.robots.iter().find(flies).unwrap();
+            assert_eq!(suited(&brief, helicopter), names, "{scenario}");
+            assert_eq!(usual(&brief, helicopter), Some(usually), "{scenario}");
+        }
+    }
+
+    #[test]
+    fn each_robot_has_one_usual_planner_among_those_that_suit_it() {
+        for (scenario, usually) in [("hard", MDP), ("patrol", MDP), ("coverage", "cover_frontier")] {
+            let brief = scenario::load(scenario).unwrap().resolve().unwrap().brief;
+            let robot = &brief.robots[0];
+            assert_eq!(suiting(&brief, robot).filter(|planner| planner.is_usual).count(), 1, "{scenario}");
+            assert_eq!(usual(&brief, robot), Some(usually), "{scenario}");
+        }
+    }
 }

@@ -16,9 +16,8 @@ mod event;
 mod given;
 mod knowledge;
 mod leadership;
-mod own_way;
 
-use contract::{Action, Brief, Command, Decision, MonotonicNs, RobotId, RunId, State, Status, Term};
+use contract::{Account, Action, Brief, Command, Decision, MonotonicNs, RobotId, RunId, State, Status, Term};
 use follow::Replica;
 
 pub use config::PilotConfig;
@@ -228,7 +227,7 @@ impl Pilot {
             decision: situation.state.decision,
             digest: situation.state.digest,
             term: Term(0),
-            action: self.among_others(&situation, plan.action),
+            action: among_others(&situation, plan.action),
             // Of the map as it is, whatever the planner was given.
             observation: map.observation(),
             planner: self.config.planner,
@@ -243,24 +242,6 @@ impl Pilot {
         };
         self.planned = Some(Planned { command, due, sent: now });
         self.send(now, effects);
-    }
-
-    /// What is commanded of what was planned: nothing that is vetoed, or not for a robot of that kind. The planner of a hopper
-    /// with a goal of its own knows of no other robots. So where it holds, or would have the hopper hop onto its goal while
-    /// another robot is there, the hopper waits for the others.
-    fn among_others(&self, situation: &Situation<'_>, planned: Action) -> Action {
-        let may = fits(situation, planned) && !situation.state.vetoed.has(planned);
-        let action = if may { planned } else { Action::Hold };
-        let (Some(team), true) = (situation.team, self.known.is_own_way()) else { return action };
-        let Situation { brief, state, .. } = *situation;
-        let is_in_vain = match action {
-            Action::Hop(direction) => {
-                let aim = brief.grid.hop(state.pose.cell, direction);
-                aim == brief.goal && occupant(team, &brief.grid, aim).is_some()
-            }
-            _ => action == Action::Hold,
-        };
-        if is_in_vain { wait_or_hold(team) } else { action }
     }
 
     /// Sends what was planned, under the term that may be spoken for.
@@ -290,9 +271,31 @@ impl Pilot {
     }
 }
 
+/// What is commanded of what was planned: nothing that is vetoed, or not for a robot of that kind. The planner of a hopper among
+/// other robots knows of none of them. So where it holds, or would have the hopper hop onto its goal while another robot is there,
+/// the hopper waits for the others.
+fn among_others(situation: &Situation<'_>, planned: Action) -> Action {
+    let Situation { brief, state, team, .. } = *situation;
+    let may = fits(situation, planned) && !state.vetoed.has(planned);
+    let action = if may { planned } else { Action::Hold };
+    let (Some(team), Some(leg)) = (team, situation.leg) else { return action };
+    if brief.account == Account::Hopper {
+        // Others look ahead for it, and are never in its way.
+        return action;
+    }
+    let is_in_vain = match action {
+        Action::Hop(direction) => {
+            let aim = leg.grid.hop(state.pose.cell, direction);
+            aim == leg.goal && occupant(brief, team, aim).is_some()
+        }
+        _ => action == Action::Hold,
+    };
+    if is_in_vain { wait_or_hold(team) } else { action }
+}
+
 /// Whether the robot that is due could ever do that: a planner may be told to command a robot of another kind.
 fn fits(situation: &Situation<'_>, action: Action) -> bool {
-    let Some(due) = situation.team.and_then(|team| team.member(team.due)) else { return true };
-    let hops = due.robot.vehicle.hops();
-    action == Action::Hold || hops == matches!(action, Action::Hop(_))
+    let due = situation.team.and_then(|team| situation.brief.robots.at(team.due));
+    let Some(due) = due else { return true };
+    action == Action::Hold || due.body.hops() == matches!(action, Action::Hop(_))
 }

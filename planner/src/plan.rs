@@ -2,24 +2,49 @@
 
 use std::fmt;
 
-use contract::{Action, Brief, Name, ObservedMap, PolicyCell, Prior, Route, Routes, State, Task, Team};
+use contract::{
+    Account, Action, Brief, Leg, Name, ObservedMap, PolicyCell, Prior, Robot, RobotId, Route, Routes, State,
+    Team,
+};
 
 /// Everything a decision may depend on.
 #[derive(Clone, Copy, Debug)]
 pub struct Situation<'a> {
-    /// What was known before the mission. For a patrol, the brief of the leg being flown: start and goal are the leg's.
+    /// What was known before the mission.
     pub brief: &'a Brief,
+    /// Where a hopper decides, the leg that it flies: its mission, to whoever plans for it.
+    pub leg: Option<&'a Leg>,
     /// What has been seen, the present pose included. [`ObservedMap::changed_since`] gives the cells that changed since
     /// the last plan.
     pub map: &'a ObservedMap,
-    /// The state of the mission, with what hopper-sim's guard has vetoed at this pose ([`State::vetoed`]). In a hopper's mission
-    /// its pose is the hopper's, whoever decides; so it is, with start and goal of the brief, for a hopper that decides in a
-    /// mixed mission. What its digest does not tell is blank: [`State::of_its_past`].
+    /// The state of the mission, with what hopper-sim's guard has vetoed at this pose ([`State::vetoed`]). Its pose is that of the
+    /// hopper that decides; where none does, it is as [`Brief::account`] says. What its digest does not tell is blank:
+    /// [`State::of_its_past`].
     pub state: &'a State,
     /// All robots, the one that decides being [`Team::due`]; `None` where a hopper is alone. Who commands them is blank.
     pub team: Option<&'a Team>,
     /// The prior and the announced routes, where robots go from point to point.
     pub scouting: Option<Scouting<'a>>,
+}
+
+impl<'a> Situation<'a> {
+    /// The leg of the hopper that decides.
+    ///
+    /// # Panics
+    /// If another robot decides: a pilot asks no planner for a robot that it does not suit.
+    #[must_use]
+    pub fn leg(&self) -> &'a Leg {
+        self.leg.expect("a planner of hoppers is given a hopper's leg")
+    }
+}
+
+/// The leg of the hopper `robot` at `state`, which counts visits of goals only where they are those of the one hopper.
+pub(crate) fn leg_at(brief: &Brief, state: &State, robot: RobotId) -> Option<Leg> {
+    let visits = match brief.account {
+        Account::Hopper => state.visits,
+        Account::Actions | Account::ActionsWithoutWaits => 0,
+    };
+    brief.leg_of(robot, visits)
 }
 
 /// What a decision of a robot that goes from point to point may depend on beside brief, map and team.
@@ -125,12 +150,12 @@ impl Plan {
 /// Only [`Plan::work`] may differ, where a search continues from the last one and the budget sets no bound.
 pub trait Planner: Send {
     /// The name it is asked for by, one of [`crate::ALGORITHMS`], [`crate::COVER_ALGORITHMS`],
-    /// [`crate::DRIVE_ALGORITHMS`] or [`crate::FLY_ALGORITHMS`].
+    /// [`crate::DRIVE_ALGORITHMS`], [`crate::FLY_ALGORITHMS`] or [`crate::AHEAD_ALGORITHMS`], or one of its own.
     fn name(&self) -> Name;
 
-    /// Whether it can plan for that task; by default for those of a hopper.
-    fn suits(&self, task: Task) -> bool {
-        matches!(task, Task::Reach | Task::Patrol | Task::Accompany)
+    /// Whether it can plan for that robot; by default for a hopper.
+    fn suits(&self, robot: &Robot) -> bool {
+        robot.body.hops()
     }
 
     /// Whether its plans may announce routes. A robot that goes from point to point is commanded by no other planner.
@@ -157,8 +182,8 @@ impl<P: Planner + ?Sized> Planner for Box<P> {
         (**self).name()
     }
 
-    fn suits(&self, task: Task) -> bool {
-        (**self).suits(task)
+    fn suits(&self, robot: &Robot) -> bool {
+        (**self).suits(robot)
     }
 
     fn announces(&self) -> bool {

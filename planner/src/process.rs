@@ -4,15 +4,15 @@ use std::cell::RefCell;
 use std::collections::VecDeque;
 
 use contract::{
-    Action, Announcement, Brief, Command, Control, Decision, MapPatch, MapRequest, Order, Policy,
-    PriorRequest, Refusal, RobotId, RobotSet, Role, RouteRequest, RunId, State, Team,
+    Account, Action, Announcement, Brief, Command, Control, Decision, MapPatch, MapRequest, Order, Policy,
+    PriorRequest, Refusal, Robot, RobotId, RobotSet, Role, RouteRequest, RunId, State, Team,
 };
 use process::{
     Client, Failure, Membership, Ports, Process, Reader, Terms, Turn, Writer, accept, log_refusal,
 };
 
 use crate::algorithm;
-use crate::names::{of_task, suited};
+use crate::names::suited;
 use crate::pilot::{Effect, Event, Pilot, PilotConfig};
 use crate::{Budget, Planner, Pulse};
 
@@ -72,8 +72,6 @@ pub struct PlannerProcess<P: Ports> {
     refusals_logged: u64,
     /// The run that was heard of last, if it is none for this planner, and why.
     unfit: Option<(RunId, String)>,
-    /// The run whose robots the algorithm can plan for, once that is known: what a robot is stays the same all mission long.
-    suits: Option<RunId>,
 }
 
 impl<P: Ports> PlannerProcess<P> {
@@ -119,7 +117,6 @@ impl<P: Ports> PlannerProcess<P> {
             error_bound: 0.0,
             refusals_logged: 0,
             unfit: None,
-            suits: None,
         };
         ports.pass("planner.joined").await;
         Ok(process)
@@ -152,7 +149,7 @@ impl<P: Ports> PlannerProcess<P> {
             append(&mut effects, self.pilot.on(Event::State(state), ports.now()));
         }
         // After the state, so that it is no older.
-        if let Some(team) = accept(self.teams.newest()).filter(|team| self.can_plan_for_robots(team)) {
+        if let Some(team) = accept(self.teams.newest()).filter(|team| self.plans_for(team.run)) {
             append(&mut effects, self.pilot.on(Event::Team(team), ports.now()));
         }
         self.receive_map(&mut effects, ports).await;
@@ -290,7 +287,7 @@ impl<P: Ports> PlannerProcess<P> {
             return;
         }
         let Some(situation) = self.pilot.situation() else { return };
-        if situation.brief.mixed.is_some() {
+        if situation.brief.account != Account::Hopper {
             return;
         }
         // Policies are those of the hopper of its mission, which has number 0.
@@ -303,66 +300,55 @@ impl<P: Ports> PlannerProcess<P> {
         }
     }
 
-    /// Whether the algorithm can plan for that mission, and the mission has all robots that are to be commanded.
+    /// Whether the mission has all robots that are to be commanded, and the algorithm can plan for them.
     /// Otherwise the log says so once, and the brief is as good as not heard: a brief by mistake ends no planner.
     fn can_plan_for(&mut self, brief: &Brief) -> bool {
-        let scenario = brief.scenario;
-        let missing = self.commands.iter().map(|(robot, _)| robot).find(|robot| robot.0 >= brief.robots);
-        let error = if let Some(robot) = missing {
-            format!("scenario {scenario} has robots 0 to {}, got robot {robot}", brief.robots - 1)
-        } else if brief.tasks().into_iter().any(|task| self.planner.suits(task)) {
-            // The brief comes again when some other peer has missed it; the robots of that run are those they were.
-            if self.unfit.as_ref().is_some_and(|(run, _)| *run != brief.run) {
-                self.unfit = None;
-            }
-            return true;
+        if let Some(error) = self.mismatch(brief) {
+            self.refuse(brief.run, error);
+            return false;
+        }
+        // The brief comes again when some other peer has missed it.
+        self.unfit = None;
+        true
+    }
+
+    /// Why nothing can be planned for that mission, if there is a reason.
+    fn mismatch(&self, brief: &Brief) -> Option<String> {
+        let (scenario, count, got) = (brief.scenario, brief.robots.count(), self.planner.name());
+        if let Some(missing) = self.robots.iter().find(|robot| robot.0 >= count) {
+            return Some(format!("scenario {scenario} has robots 0 to {}, got robot {missing}", count - 1));
+        }
+        let (whose, need) = if brief.robots.iter().any(|robot| self.suits(brief, robot)) {
+            let mut own = self.robots.iter().filter_map(|number| Some((number, brief.robots.at(number)?)));
+            let (number, robot) = own.find(|(_, robot)| !self.suits(brief, robot))?;
+            (format!("robot {number} of "), suited(brief, robot))
         } else {
             let mut need: Vec<&str> = Vec::new();
-            for name in brief.tasks().into_iter().flat_map(of_task) {
+            for name in brief.robots.iter().flat_map(|robot| suited(brief, robot)) {
                 if !need.contains(&name) {
                     need.push(name);
                 }
             }
-            let (need, got) = (need.join(", "), self.planner.name());
-            format!("scenario {scenario} needs one of the planners {need}, got {got}")
+            (String::new(), need)
         };
-        self.refuse(brief.run, error);
-        false
+        Some(format!("{whose}scenario {scenario} needs one of the planners {}, got {got}", need.join(", ")))
     }
 
-    /// Whether the algorithm can plan for the robots that are to be commanded, where each has a task of its own. Otherwise the log
-    /// says so once, and the robots are as good as not heard of.
-    fn can_plan_for_robots(&mut self, team: &Team) -> bool {
-        // Without the brief nobody can say; robots are published again with each state.
-        let Some(brief) = self.pilot.known_brief().filter(|brief| brief.run == team.run) else {
-            return false;
-        };
-        if self.suits == Some(team.run) {
-            return true;
-        }
+    /// Whether the algorithm can plan for a robot of that mission.
+    fn suits(&self, brief: &Brief, robot: &Robot) -> bool {
         let name = self.planner.name();
-        let is_own = algorithm(name.as_str()).is_err();
-        let unsuited = self.commands.iter().map(|(robot, _)| *robot).find_map(|robot| {
-            let vehicle = Some(team.member(robot)?.robot.vehicle);
-            let need = suited(brief, vehicle);
-            let suits = brief.tasks_of(vehicle).into_iter().any(|task| self.planner.suits(task));
-            // A robot that goes from point to point moves along announced routes only.
-            let can_move =
-                self.planner.announces() || vehicle.is_none_or(|vehicle| vehicle.start().is_none());
-            let is_suited = need.contains(&name.as_str()) || is_own && suits && can_move;
-            (!is_suited).then_some((robot, need))
-        });
-        let Some((robot, need)) = unsuited else {
-            self.suits = Some(team.run);
-            return true;
-        };
-        let error = format!(
-            "robot {robot} of scenario {} needs one of the planners {}, got {name}",
-            brief.scenario,
-            need.join(", ")
-        );
-        self.refuse(team.run, error);
-        false
+        if algorithm(name.as_str()).is_ok() {
+            return suited(brief, robot).contains(&name.as_str());
+        }
+        // A robot that goes from point to point moves along announced routes only.
+        let can_move = self.planner.announces() || robot.body.along_route().is_none();
+        self.planner.suits(robot) && can_move
+    }
+
+    /// Whether that run is the mission that is planned for. Robots of a mission that is not known are published again with each
+    /// state.
+    fn plans_for(&self, run: RunId) -> bool {
+        self.pilot.known_brief().is_some_and(|brief| brief.run == run)
     }
 
     /// Notes why nothing can be planned, and logs it unless that was the last reason.

@@ -4,10 +4,11 @@
 use std::sync::Arc;
 
 use contract::{
-    Action, Cell, DriveSpeed, Member, ObservedMap, Route, Scout, Standing, Team, Vehicle, Waypoint,
+    Action, Body, Brief, Cell, DriveSpeed, Goal, Member, ObservedMap, Reach, Robot, Route, Sampling,
+    Standing, Team, Travel, Waypoint,
 };
 use helicopter::{Sensor, Sighting};
-use routing::stage_seed;
+use routing::{Trip, stage_seed};
 use rover::{Belief, Lattice, Point, Speed, SpeedDistribution, Surface};
 
 use crate::others::{self, goals, stopped, taken};
@@ -20,11 +21,14 @@ const FLOWN_TOLERANCE_M: f64 = 1e-3;
 /// A situation of a robot that goes from point to point, taken apart.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Turn<'a> {
-    pub scout: Scout,
+    pub brief: &'a Brief,
+    pub sampling: Sampling,
     pub team: &'a Team,
     /// The robot that decides.
     pub me: &'a Member,
-    pub travel: contract::Travel,
+    /// What it is.
+    pub robot: &'a Robot,
+    pub travel: Travel,
     pub scouting: Scouting<'a>,
     pub map: &'a ObservedMap,
 }
@@ -45,9 +49,10 @@ impl<'a> Turn<'a> {
     /// `None` in another mission.
     pub fn of(situation: &Situation<'a>) -> Option<Self> {
         let (team, scouting) = (situation.team?, situation.scouting?);
-        let me = team.member(team.due)?;
-        let (scout, travel) = (situation.brief.scout?, me.travel?);
-        Some(Self { scout, team, me, travel, scouting, map: situation.map })
+        let brief = situation.brief;
+        let (me, robot) = (team.member(team.due)?, brief.robots.at(team.due)?);
+        let (sampling, travel) = (brief.sampling?, me.travel?);
+        Some(Self { brief, sampling, team, me, robot, travel, scouting, map: situation.map })
     }
 
     /// What is known of the speeds; `None` if prior and map are of different ground.
@@ -59,14 +64,15 @@ impl<'a> Turn<'a> {
     pub fn belief_around(&self, cells: Around) -> Option<Belief> {
         let grid = &self.map.grid;
         let closed: Vec<Cell> = match cells {
-            Around::Stopped => stopped(self.team, grid).chain(goals(self.team)).collect(),
-            Around::All => taken(self.team, grid).chain(goals(self.team)).collect(),
+            Around::Stopped => stopped(self.brief, self.team).chain(self.goals()).collect(),
+            Around::All => taken(self.brief, self.team).chain(self.goals()).collect(),
             Around::Goals => {
-                let Vehicle::Driver { goal, goal_radius_m, .. } = self.me.robot.vehicle else { return None };
-                let reach_m = goal_radius_m + grid.cell_size_m;
-                let is_near =
-                    |cell: &Cell| point(Waypoint::middle_of(grid, *cell)).distance_m(point(goal)) <= reach_m;
-                goals(self.team).filter(is_near).collect()
+                let Goal::Reach(goal) = self.robot.goal else { return None };
+                let reach_m = goal.radius_m + grid.cell_size_m;
+                let is_near = |cell: &Cell| {
+                    point(Waypoint::middle_of(grid, *cell)).distance_m(point(goal.at)) <= reach_m
+                };
+                self.goals().filter(is_near).collect()
             }
         };
         let mut closed: Vec<usize> = closed
@@ -78,11 +84,16 @@ impl<'a> Turn<'a> {
         self.belief_with(&closed)
     }
 
+    /// Where hoppers go that still act.
+    fn goals(&self) -> impl Iterator<Item = Cell> {
+        goals(self.brief, self.team)
+    }
+
     /// What is known of the speeds, with no way through the `closed` cells, whose indices are in order.
     fn belief_with(&self, closed: &[usize]) -> Option<Belief> {
         let grid = self.map.grid;
         let lattice = Lattice::new(grid.width as usize, grid.height as usize).ok()?;
-        let mut accuracies = self.team.members.iter().filter_map(|member| member.robot.sensor.accuracy());
+        let mut accuracies = self.brief.robots.iter().filter_map(|robot| robot.sensor.accuracy());
         let camera = accuracies.next().and_then(|accuracy| Sensor::with_accuracy(accuracy).ok());
         let cells = self.scouting.prior.cells.iter().zip(self.map.cells()).enumerate();
         let speed = |speed: DriveSpeed| Speed::ALL[speed as usize];
@@ -104,7 +115,7 @@ impl<'a> Turn<'a> {
 
     /// Whether no other robot is on the ground.
     pub fn is_alone(&self) -> bool {
-        !self.others().any(|other| other.robot.vehicle.is_on_ground())
+        !self.others().any(|(robot, _)| robot.body.is_on_ground())
     }
 
     /// The stage that the rover is in, from 1; the first if there is none.
@@ -115,7 +126,7 @@ impl<'a> Turn<'a> {
 
     /// The seed of this stage's planners.
     pub fn seed(&self) -> u64 {
-        stage_seed(self.scout.seed, self.stage())
+        stage_seed(self.sampling.seed, self.stage())
     }
 
     /// Where a member is and what is left of its route.
@@ -135,16 +146,16 @@ impl<'a> Turn<'a> {
     }
 
     /// All robots but the one that decides.
-    pub fn others(&self) -> impl Iterator<Item = &'a Member> {
-        others::others(self.team)
+    pub fn others(&self) -> impl Iterator<Item = (&'a Robot, &'a Member)> {
+        others::others(self.brief, self.team)
     }
 
     /// Whether a helicopter flies for the first time in this stage, or is about to. One that flies again looks ahead for hoppers,
     /// and so may one that waits. Who plans for it does not count: the digest tells nothing of that.
     pub fn is_scouted(&self) -> bool {
-        self.others().any(|member| {
+        self.others().any(|(robot, member)| {
             let Some(travel) = member.travel else { return false };
-            let flies = matches!(member.robot.vehicle, Vehicle::Helicopter { .. });
+            let flies = matches!(robot.body, Body::Helicopter(_));
             let is_at_work = member.standing == Standing::Active && !member.waits;
             let is_to_fly = travel.route.is_none() || travel.is_under_way() && self.is_first_flight(member);
             flies && is_at_work && is_to_fly
@@ -163,6 +174,11 @@ impl<'a> Turn<'a> {
 /// The points of a planner's route as an announcement has them, bit for bit; `None` if they are too many or too far apart.
 pub(crate) fn announcement(points: &[Point]) -> Option<Route> {
     Route::new(points.iter().map(|point| Waypoint { x_m: point.x_m, y_m: point.y_m }).collect()).ok()
+}
+
+/// The trip to `goal` of a rover from where it is.
+pub(crate) fn trip(travel: &Travel, goal: &Reach) -> Trip {
+    Trip { start: point(travel.at), goal: routing::Goal { at: point(goal.at), radius_m: goal.radius_m } }
 }
 
 pub(crate) fn point(at: Waypoint) -> Point {

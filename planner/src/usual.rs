@@ -1,19 +1,16 @@
 //! The algorithm of a planner process for which nobody names one: the usual one of its robots in the mission that it finds.
 
-use contract::{Brief, Decision, Name, RobotId, RobotSet, Role, RunId, Status, Team};
+use contract::{Brief, Decision, Name, RobotId, RobotSet, Role, RunId, Status};
 use process::{Exit, Failure, Membership, Ports, Process, Reader as _, Terms, Turn, accept};
 
 use crate::names::{self, MDP};
 
-/// Waits until a mission is known. From the brief on it stands for its robots, since there is an algorithm for each: hopper-sim tells
-/// what they are once every robot that is due has a planner.
+/// Waits until a mission is known.
 pub struct UsualAlgorithm<P: Ports> {
     membership: Membership<P>,
     briefs: P::Reader<Brief>,
-    teams: P::Reader<Team>,
     robots: RobotSet,
     brief: Option<Brief>,
-    team: Option<Team>,
 }
 
 impl<P: Ports> UsualAlgorithm<P> {
@@ -22,28 +19,21 @@ impl<P: Ports> UsualAlgorithm<P> {
     /// # Errors
     /// If a port cannot be had.
     pub fn join(ports: &mut P, robots: RobotSet, terms: Terms) -> Result<Self, P::Error> {
-        let of_all = RobotId(0);
         Ok(Self {
             membership: Membership::join(ports, Role::Planner, Name::NONE, terms)?,
-            briefs: ports.reader(of_all, false)?,
-            teams: ports.reader(of_all, false)?,
+            briefs: ports.reader(RobotId(0), false)?,
             robots,
             brief: None,
-            team: None,
         })
     }
 
-    /// The name of the algorithm, once brief and, where there are several robots, team are known. For a robot that the mission does
-    /// not have it is that of a hopper, which says so.
+    /// The name of the algorithm, once the brief is known. For a robot that the mission does not have, or that no algorithm suits,
+    /// it is that of a hopper, which says so.
     #[must_use]
     pub fn name(&self) -> Option<&'static str> {
         let brief = self.brief.as_ref()?;
-        let robot = self.robots.iter().next()?;
-        if !brief.has_team() || robot.0 >= brief.robots {
-            return Some(MDP);
-        }
-        let team = self.team.as_ref().filter(|team| team.run == brief.run)?;
-        Some(names::usual(brief, team.member(robot).map(|member| member.robot.vehicle)))
+        let robot = brief.robots.at(self.robots.iter().next()?);
+        Some(robot.and_then(|robot| names::usual(brief, robot)).unwrap_or(MDP))
     }
 }
 
@@ -56,12 +46,8 @@ impl<P: Ports> Process<P> for UsualAlgorithm<P> {
             }
         }
         self.brief = accept(self.briefs.newest()).or(self.brief.take());
-        self.team = accept(self.teams.newest()).or(self.team.take());
         if self.name().is_some() {
             return Ok(Turn::Leave(Exit::Done));
-        }
-        if self.brief.is_some() {
-            self.membership.tell_robots(self.robots);
         }
         let seen = (RunId(0), Decision(0), Status::Underway);
         self.membership.close_turn(ports, seen, Some("hopper-sim: a mission to plan for"))

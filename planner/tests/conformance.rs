@@ -53,7 +53,8 @@ impl Planner for Faulty {
     }
 
     fn plan(&mut self, situation: &Situation<'_>, budget: &Budget) -> Plan {
-        let Situation { brief, map, state, .. } = *situation;
+        let Situation { map, state, .. } = *situation;
+        let leg = situation.leg();
         self.plans += 1;
         let late = *self.began.get_or_insert(state.decision) > Decision(0) && self.plans > 3;
         let east_first = match self.fault {
@@ -69,12 +70,12 @@ impl Planner for Faulty {
         }
         let here = state.pose.cell;
         let vetoed = if self.fault == Fault::Insists { Vetoed::NONE } else { state.vetoed };
-        let distance = |direction| brief.grid.hop(here, direction).distance_cells(brief.goal);
+        let distance = |direction| leg.grid.hop(here, direction).distance_cells(leg.goal);
         let best = directions
             .into_iter()
             .filter(|&direction| {
-                let cell = brief.grid.hop(here, direction);
-                brief.grid.contains(cell)
+                let cell = leg.grid.hop(here, direction);
+                leg.grid.contains(cell)
                     && map.ground(cell).is_none_or(|ground| ground.passable)
                     && !vetoed.has(Action::Hop(direction))
             })

@@ -5,10 +5,11 @@
 use contract::limits::ASK_AGAIN_NS;
 use contract::protocol::peer_table::SILENCE_NS;
 use contract::{
-    Action, Brief, Cell, Command, Decision, Digest, Direction, Ground, Heartbeat, Incarnation, Leader,
-    MapPage, MapPatch, MapRequest, Member, MonotonicNs, Name, ObservedMap, Placement, Pose, PriorCell,
-    PriorPage, PriorRequest, Robot, RobotId, Role, Route, RoutePage, RouteRequest, RunId, SeenCell, Sensor,
-    SpeedPrior, Standing, State, Status, Team, Term, Timing, Travel, Vehicle, Waypoint,
+    Account, Action, Body, Brief, Cell, Command, Decision, Digest, Direction, Driver, Goal, Ground,
+    Heartbeat, Incarnation, Leader, MapPage, MapPatch, MapRequest, Member, MonotonicNs, Name, ObservedMap,
+    Pose, PriorCell, PriorPage, PriorRequest, Reach, Robot, RobotId, Robots, Role, Route, RoutePage,
+    RouteRequest, RunId, Sampling, SeenCell, Sensor, SpeedPrior, State, Status, Team, Term, Timing, Track,
+    Travel, Visit, Waypoint,
 };
 use planner::pilot::{Effect, Event, Pilot, PilotConfig, RESEND_NS};
 use planner::{Plan, PlanStatus};
@@ -233,38 +234,37 @@ fn a_brief_that_comes_after_its_state_is_planned_for() {
 }
 
 #[test]
-fn on_a_patrol_the_goal_of_the_state_is_planned_for() {
+fn of_goals_to_visit_in_turn_that_of_the_state_is_planned_for() {
     let goals = [Cell::new(4, 4), Cell::new(9, 2)];
-    let patrol = contract::Patrol::new(&goals, 9).unwrap();
+    let visit = Goal::Visit(Visit::new(&goals, 9).unwrap());
+    let mut brief = brief();
+    brief.robots[0].goal = visit;
     let mut pilot = uninformed(false);
-    pilot.on(Event::Brief(Brief { patrol: Some(patrol), goal: goals[0], ..brief() }), at(0));
+    pilot.on(Event::Brief(brief), at(0));
     for visits in 0..3 {
         pilot.on(Event::State(State { visits, ..state(visits, 1, ME) }), at(0));
         pilot.on(Event::Patch(map(visits)), at(0));
-        assert_eq!(pilot.situation().unwrap().brief.goal, goals[visits as usize % 2], "{visits} visits");
+        assert_eq!(pilot.situation().unwrap().leg().goal, goals[visits as usize % 2], "{visits} visits");
     }
 }
 
 #[test]
 fn where_robots_have_routes_nobody_plans_before_the_prior_and_all_routes_are_known() {
-    let scout = contract::Scout { seed: 1, rover_samples: 1, helicopter_samples: 1, stages: 1 };
-    let brief = Brief { robots: 2, scout: Some(scout), ..brief() };
+    let sampling = Sampling { seed: 1, rover_samples: 1, helicopter_samples: 1, stages: 1 };
     let start = Waypoint { x_m: 1.5, y_m: 2.5 };
     let route = Route::new(vec![start, Waypoint { x_m: 4.5, ..start }]).unwrap();
     let robot = Robot {
-        vehicle: Vehicle::Driver { start, goal: start, goal_radius_m: 1.0 },
-        sensor: Sensor::Track,
-        start: Placement { cell: Cell::new(1, 2), heading: Direction::North },
+        body: Body::Driver(Driver {}),
+        sensor: Sensor::Track(Track {}),
+        start_at: start,
+        goal: Goal::Reach(Reach { at: start, radius_m: 1.0 }),
+        ..brief().robots[0]
     };
-    let member = |route| Member {
-        robot,
-        at: robot.start,
-        ready_at_ns: 0,
-        standing: Standing::Active,
-        waits: false,
-        leader: Leader::default(),
-        last: None,
-        travel: Some(Travel { route, ..Travel::from_start(start) }),
+    let robots = Robots::new(&[robot; 2]).unwrap();
+    let brief = Brief { robots, account: Account::Actions, sampling: Some(sampling), ..brief() };
+    let member = |route| {
+        let travel = Some(Travel { route, ..Travel::from_start(start) });
+        Member { travel, ..Member::at_start(&robot) }
     };
     let team = Team {
         run: RUN,
@@ -352,23 +352,10 @@ fn a_stand_by_takes_the_next_term_when_the_leaders_heartbeat_stands_still() {
 
 /// Two robots at decision 3, which is the second's, both led by another planner, and a pilot of the second alone.
 fn two_robots() -> (Brief, Team, Pilot) {
-    let brief = Brief { robots: 2, ..brief() };
-    let robot = Robot {
-        vehicle: Vehicle::Hopper,
-        sensor: Sensor::Disc,
-        start: Placement { cell: Cell::new(1, 2), heading: Direction::North },
-    };
+    let robot = brief().robots[0];
+    let brief = Brief { robots: Robots::new(&[robot; 2]).unwrap(), ..brief() };
     let State { leader, digest, .. } = state(3, 4, OTHER);
-    let member = Member {
-        robot,
-        at: robot.start,
-        ready_at_ns: 0,
-        standing: Standing::Active,
-        waits: false,
-        leader,
-        last: None,
-        travel: None,
-    };
+    let member = Member { leader, ..Member::at_start(&robot) };
     let (decision, due) = (Decision(3), RobotId(1));
     let team = Team { run: RUN, decision, digest, due, actor: None, members: [member; 2].into() };
     let robots = contract::RobotSet(0).with(due);

@@ -5,8 +5,8 @@
 use contract::protocol::peer_table::SILENCE_NS;
 use contract::{
     Action, Brief, Cell, Collected, Command, Decision, Digest, Direction, Incarnation, Leader, MapPatch,
-    Member, MonotonicNs, Name, Origin, Placement, Pose, Robot, RobotId, RobotSet, RunId, Sensor, Standing,
-    State, Status, Team, Term, Timing, Vehicle, Vetoed,
+    Member, MonotonicNs, Name, Origin, Pose, RobotId, RobotSet, Robots, RunId, State, Status, Team, Term,
+    Timing, Vetoed,
 };
 use planner::pilot::{Effect, Event, Pilot, PilotConfig};
 use planner::{Plan, PlanStatus};
@@ -21,7 +21,9 @@ fn name(text: &str) -> Name {
 }
 
 fn brief() -> Brief {
-    Brief { run: RUN, robots: ROBOTS, ..scenario::load("hard").unwrap().resolve().unwrap().brief }
+    let alone = scenario::load("hard").unwrap().resolve().unwrap().brief;
+    let robots = Robots::new(&[alone.robots[0]; ROBOTS as usize]).unwrap();
+    Brief { run: RUN, robots, ..alone }
 }
 
 fn leader(term: u64, of: Incarnation) -> Leader {
@@ -50,21 +52,8 @@ impl Fleet {
     fn turn(&mut self, due: u16) -> Vec<(u16, u64)> {
         self.decision += 1;
         let (decision, due) = (Decision(self.decision), RobotId(due));
-        let robot = Robot {
-            vehicle: Vehicle::Hopper,
-            sensor: Sensor::Disc,
-            start: Placement { cell: Cell::new(1, 2), heading: Direction::North },
-        };
-        let member = |leader: &Leader| Member {
-            robot,
-            at: robot.start,
-            ready_at_ns: 0,
-            standing: Standing::Active,
-            waits: false,
-            leader: *leader,
-            last: None,
-            travel: None,
-        };
+        let robot = brief().robots[0];
+        let member = |leader: &Leader| Member { leader: *leader, ..Member::at_start(&robot) };
         let members = self.leaders.iter().map(member).collect();
         let team = Team { run: RUN, decision, digest: Digest::default(), due, actor: None, members };
         self.pilot.on(Event::State(state(decision)), self.now);

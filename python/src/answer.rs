@@ -1,6 +1,6 @@
 //! Asks a Python planner, and makes an action of what it answers.
 
-use contract::{Action, Name, Task};
+use contract::{Action, Name, Robot, RobotId};
 use pyo3::intern;
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyType};
@@ -38,17 +38,11 @@ impl Decider {
     }
 
     /// Asks for an action. What is raised is passed on; an answer that is no action for this mission is an error.
-    pub fn decide(
-        &mut self,
-        py: Python<'_>,
-        brief: &contract::Brief,
-        news: &News,
-        state: State,
-    ) -> PyResult<Action> {
-        let due = state.team.as_ref().and_then(|team| team.member(team.due));
-        let hops = due.map_or(brief.is_of_hopper(), |due| due.robot.vehicle.hops());
+    pub fn decide(&mut self, py: Python<'_>, brief: Brief, news: &News, state: State) -> PyResult<Action> {
+        let due = state.team.as_ref().map_or(RobotId(0), |team| team.due);
+        let hops = brief.brief.robots.at(due).is_some_and(|robot| robot.body.hops());
         let map = Arrays::update(&mut self.arrays, py, news)?;
-        let answer = self.decide.bind(py).call1((Brief(*brief), map, state))?;
+        let answer = self.decide.bind(py).call1((brief, map, state))?;
         if !self.warned && self.arrays.as_ref().is_some_and(|arrays| arrays.are_kept(py)) {
             self.warned = true;
             tracing::warn!(
@@ -73,9 +67,9 @@ impl Decider {
     }
 }
 
-/// Whether a planner written in Python can have that task: it announces no routes, so it moves no robot that goes along them.
-pub fn suits(task: Task) -> bool {
-    !matches!(task, Task::Scout(_))
+/// Whether a planner written in Python can command that robot: it announces no routes, so it moves none that goes along them.
+pub fn suits(robot: &Robot) -> bool {
+    robot.body.along_route().is_none()
 }
 
 /// The name of a planner: its attribute `name`, or its class.

@@ -6,7 +6,7 @@
 
 use std::sync::{Arc, Mutex};
 
-use contract::{Action, Brief, Cell, Status, Task};
+use contract::{Action, Brief, Cell, Leg, Status};
 use hopper_sim::Mission;
 use pyo3::buffer::{Element, PyBuffer};
 use pyo3::prelude::*;
@@ -17,6 +17,7 @@ use crate::columns::Columns;
 use crate::ground::{Ground, PLANES};
 use crate::mission::{self, Need};
 use crate::resolved::Resolved;
+use crate::task::Task;
 use crate::trial::Trial;
 
 /// Numbers beside the planes: x, y, cells to the goal along x and y, share of the steps left.
@@ -48,7 +49,7 @@ impl Batch {
     fn new(resolved: Bound<'_, Resolved>, count: usize, window: usize) -> PyResult<Self> {
         guarded(|| {
             let world = &resolved.get().0;
-            if world.brief.task() != Task::Reach {
+            if Task::of(&world.brief) != Task::Reach {
                 return Err(mission::no_environment(world.brief.scenario, Need::Hopper));
             }
             if window != 0 && window.is_multiple_of(2) || window > 255 {
@@ -64,8 +65,8 @@ impl Batch {
                     MISSIONS_MAX.min(most)
                 )));
             }
-            let mission =
-                Mission { brief: world.brief, terrain: Arc::clone(&world.terrain), seed: 0, fleet: None };
+            let (brief, terrain) = (world.brief, Arc::clone(&world.terrain));
+            let mission = Mission { brief, terrain, seed: 0, faults: Vec::new() };
             let ground = Arc::new(Ground::new(mission));
             let trials = Mutex::new(vec![Trial::new(&ground); count]);
             Ok(Self { resolved: resolved.unbind(), ground, window, trials })
@@ -163,7 +164,7 @@ impl Batch {
             {
                 trial.window(&self.ground, self.window, &mut window);
                 planes.iter().zip(&window).for_each(|(to, from)| to.set(*from));
-                let values = trial.numbers(self.ground.brief());
+                let values = trial.numbers(self.ground.leg());
                 numbers.iter().zip(values).for_each(|(to, value)| to.set(value));
             }
             Ok(())
@@ -197,7 +198,7 @@ impl Batch {
             let (rows, columns) = self.ground.shape(0);
             let mut planes = vec![0.0; PLANES * rows * columns];
             trial.window(&self.ground, 0, &mut planes);
-            let Brief { start, goal, .. } = *self.ground.brief();
+            let Leg { start, goal, .. } = *self.ground.leg();
             let table = Columns::new(py);
             table.add("planes", planes.into_iter())?;
             pairs(&table, "route", trial.route.iter().copied())?;

@@ -1,6 +1,6 @@
 //! Rows as columns: bytes that NumPy reads as an array.
 
-use contract::{Brief, Cell, ObservedMap, Record, Soil};
+use contract::{Account, Brief, Cell, ObservedMap, Record, Soil};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 
@@ -86,7 +86,7 @@ pub fn records<'py>(py: Python<'py>, records: &[Record]) -> PyResult<Bound<'py, 
 /// The cells of each robot from its start on, in the order of decisions.
 pub fn route<'py>(py: Python<'py>, brief: &Brief, records: &[Record]) -> PyResult<Bound<'py, PyDict>> {
     let columns = Columns::new(py);
-    let start = brief.is_of_hopper().then_some(brief.start);
+    let start = (brief.account == Account::Hopper).then_some(brief.robots[0].start.cell);
     let cells = || start.into_iter().chain(records.iter().map(|record| record.pose.cell));
     columns.add("x", cells().map(|Cell { x, .. }| x))?;
     columns.add("y", cells().map(|Cell { y, .. }| y))?;

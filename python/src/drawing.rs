@@ -45,7 +45,6 @@ impl Drawing {
                 outcome: flown.state.status.into(),
                 sensing_radius_m: None,
                 speeds: &[],
-                members: flown.team.as_ref().map_or(&[], |team| &team.members),
                 announced: &flown.routes,
             };
             py.detach(|| picture.svg_in(PictureStyle::default())).map_err(crate::error)

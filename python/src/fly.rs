@@ -10,7 +10,7 @@ use std::sync::{Arc, Once};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use contract::{Action, Brief, Name, RobotId, RobotSet, Task, Team};
+use contract::{Action, Name, Robot, RobotId, RobotSet, Team};
 use node::ShutdownSignal;
 use node::peer::PeerArgs;
 use planner::shell::ClaimArgs;
@@ -24,7 +24,7 @@ use pyo3::types::PyType;
 use crate::answer::{self, Decider};
 use crate::arrays::{News, Watch};
 use crate::boundary::{self, guarded};
-use crate::view::State;
+use crate::view::{Brief, State};
 use crate::{DecideTimeout, HopperError};
 
 /// Pause between two heartbeats that may be due while Python decides.
@@ -68,16 +68,16 @@ impl Planner for Remote {
         self.name
     }
 
-    fn suits(&self, task: Task) -> bool {
-        answer::suits(task)
+    fn suits(&self, robot: &Robot) -> bool {
+        answer::suits(robot)
     }
 
     fn plan(&mut self, situation: &Situation<'_>, budget: &Budget) -> Plan {
-        let Situation { brief, map, state, team, .. } = *situation;
+        let Situation { map, state, team, .. } = *situation;
         self.asked += 1;
         let question = Question {
             number: self.asked,
-            brief: *brief,
+            brief: Brief::of(situation),
             news: self.watch.news(map),
             state: *state,
             team: team.cloned(),
@@ -267,7 +267,7 @@ fn serve(
         let Question { number, brief, news, state, team } = question;
         let decision = state.decision;
         interrupt.at.store(number, Ordering::Relaxed);
-        let decided = decider.decide(py, &brief, &news, State { state, team });
+        let decided = decider.decide(py, brief, &news, State { state, team });
         interrupt.at.store(0, Ordering::Relaxed);
         if pid != std::process::id() {
             // Nobody asks a fork of this process, and nobody reads its answers.

@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, OnceLock};
 
-use contract::{Action, Brief, Direction, Pose, Vetoed};
+use contract::{Action, Brief, Direction, Leg, Pose, Vetoed};
 use hopper_sim::{Guard, Mission, ROBOT};
 use motion::{Transition, transition};
 
@@ -12,6 +12,7 @@ pub const PLANES: usize = 4;
 /// What the missions share.
 pub struct Ground {
     pub mission: Mission,
+    leg: Leg,
     pub height_m: Vec<f32>,
     pub sand: Vec<f32>,
     pub impassable: Vec<f32>,
@@ -26,6 +27,7 @@ impl Ground {
     /// The ground of `mission`, whatever its seed.
     pub fn new(mission: Mission) -> Self {
         let Mission { brief, terrain, .. } = &mission;
+        let leg = brief.leg(0);
         let finite = |height_m: f64| if height_m.is_finite() { height_m as f32 } else { 0.0 };
         let flag = |is: bool| f32::from(u8::from(is));
         let vetoed = |index: usize| {
@@ -44,10 +46,11 @@ impl Ground {
             scatter: terrain
                 .cells
                 .iter()
-                .map(|ground| Direction::ALL.map(|hop| transition(&brief.motion, ground, hop)))
+                .map(|ground| Direction::ALL.map(|hop| transition(&leg.motion, ground, hop)))
                 .collect(),
             vetoed: (0..cells).map(|index| if is_guarded { vetoed(index) } else { Vetoed::NONE }).collect(),
             seen_from: (0..cells).map(|_| OnceLock::new()).collect(),
+            leg,
             mission,
         }
     }
@@ -55,6 +58,11 @@ impl Ground {
     /// The brief of the missions.
     pub fn brief(&self) -> &Brief {
         &self.mission.brief
+    }
+
+    /// The way of their hopper.
+    pub fn leg(&self) -> &Leg {
+        &self.leg
     }
 
     /// How many cells there are.
@@ -67,7 +75,7 @@ impl Ground {
         let Mission { brief, terrain, .. } = &self.mission;
         self.seen_from[index].get_or_init(|| {
             let pose = Pose { cell: brief.grid.cell(index), height_m: terrain.cells[index].height_m };
-            let cells = perception::sensing::disc(brief.grid, &brief.sensor, pose);
+            let cells = perception::sensing::disc(brief.grid, &self.leg.sensor, pose);
             cells.filter_map(|cell| Some(brief.grid.index(cell)? as u32)).collect()
         })
     }

@@ -17,6 +17,7 @@ mod recorded;
 mod resolved;
 mod session;
 mod solve;
+mod task;
 mod trial;
 mod view;
 

@@ -1,6 +1,6 @@
 //! Whole missions in lockstep.
 
-use contract::{Brief, MonotonicNs, Name, Record, RunId, Task};
+use contract::{Brief, MonotonicNs, Name, Record, Robot, RunId};
 use hopper_sim::Mission;
 use lockstep::{Flown, PlannerSchedule};
 use planner::{Budget, Plan, PlanStatus, Planner, PlannerError, Situation};
@@ -15,7 +15,8 @@ use crate::boundary::{Lookout, Raised, guarded};
 use crate::columns;
 use crate::drawing::Drawing;
 use crate::resolved::Resolved;
-use crate::view::State;
+use crate::task::Task;
+use crate::view::{self, State};
 
 /// The run of missions flown here; nothing depends on it.
 pub const RUN: RunId = RunId(1);
@@ -70,14 +71,15 @@ impl Planner for Local {
         self.name
     }
 
-    fn suits(&self, task: Task) -> bool {
-        answer::suits(task)
+    fn suits(&self, robot: &Robot) -> bool {
+        answer::suits(robot)
     }
 
     fn plan(&mut self, situation: &Situation<'_>, _: &Budget) -> Plan {
-        let Situation { brief, map, state, team, .. } = *situation;
+        let Situation { map, state, team, .. } = *situation;
         let news = self.watch.news(map);
         let state = State { state: *state, team: team.cloned() };
+        let brief = view::Brief::of(situation);
         match Python::attach(|py| self.decider.decide(py, brief, &news, state)) {
             Ok(action) => Plan::at_once(action, PlanStatus::Solved),
             Err(error) => self.raised.raise(error),
@@ -113,13 +115,13 @@ pub fn run<'py>(
                 }
             }
         }
-        let assigned = planner::assigned(&brief, &world.vehicles(), given, &world.planners)
+        let assigned = planner::assigned(&brief, given, &world.planners)
             .map_err(|error| crate::error(error.in_scenario(brief.scenario)))?;
         let schedule = match &own {
             Some(own) => schedule_of(own.name, &brief, &assigned)?,
             None => PlannerSchedule::of_robots(&assigned),
         };
-        let mission = Mission { brief, terrain: world.terrain.clone(), seed, fleet: world.fleet.clone() };
+        let mission = Mission { brief, terrain: world.terrain.clone(), seed, faults: world.faults.clone() };
         let lookout = Lookout::new(raised.clone());
         let (flown, records) = py.detach(|| {
             let mut make = |asked: Name, mission: &Mission| -> Result<Box<dyn Planner>, PlannerError> {
@@ -196,14 +198,12 @@ pub fn schedule_of(own: Name, brief: &Brief, usual: &[Name]) -> PyResult<Planner
         let scenario = brief.scenario;
         Err(crate::error(format!("scenario {scenario} needs {need}, got {own}, a planner of your own")))
     };
-    match brief.task() {
-        Task::Mixed(_) => unsuited(
+    match Task::of(brief) {
+        Task::Mixed => unsuited(
             "the names of built-in planners for robots with tasks of their own; hopper.fly commands its hoppers and the rovers \
              that cover ground, one at a time",
         ),
-        task if !answer::suits(task) => {
-            unsuited("the names of built-in planners for robots that go along announced routes")
-        }
+        Task::Scout => unsuited("the names of built-in planners for robots that go along announced routes"),
         Task::Accompany if usual.iter().skip(1).any(|name| *name == own) => {
             unsuited("planners of different names for hopper and helicopters")
         }
@@ -211,6 +211,6 @@ pub fn schedule_of(own: Name, brief: &Brief, usual: &[Name]) -> PyResult<Planner
             let names: Vec<Name> = std::iter::once(own).chain(usual.iter().skip(1).copied()).collect();
             Ok(PlannerSchedule::of_robots(&names))
         }
-        _ => Ok(PlannerSchedule::single(own)),
+        Task::Reach | Task::Patrol | Task::Cover => Ok(PlannerSchedule::single(own)),
     }
 }

@@ -6,7 +6,7 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Mutex, MutexGuard, PoisonError, TryLockError};
 use std::thread::JoinHandle;
 
-use contract::{Action, Brief, Name, Record, Task, Team};
+use contract::{Action, Brief, Goal, Name, Record, Robot, Team};
 use hopper_sim::Mission;
 use lockstep::{Flown, PlannerSchedule};
 use planner::{Budget, Plan, PlanStatus, Planner, PlannerError, Situation};
@@ -17,11 +17,12 @@ use crate::arrays::{Arrays, Map, News, Watch};
 use crate::boundary::guarded;
 use crate::mission::{Answer, Need, RUN, no_environment, refused, told};
 use crate::resolved::Resolved;
+use crate::task::Task;
 use crate::view;
 
 /// A decision that is due.
 struct Question {
-    brief: Brief,
+    brief: view::Brief,
     news: News,
     state: contract::State,
     team: Option<Team>,
@@ -40,14 +41,15 @@ impl Planner for Asker {
         self.name
     }
 
-    fn suits(&self, task: Task) -> bool {
-        matches!(task, Task::Cover(_))
+    fn suits(&self, robot: &Robot) -> bool {
+        matches!(robot.goal, Goal::Cover(_))
     }
 
     fn plan(&mut self, situation: &Situation<'_>, _: &Budget) -> Plan {
-        let Situation { brief, map, state, team, .. } = *situation;
+        let Situation { map, state, team, .. } = *situation;
+        let brief = view::Brief::of(situation);
         let news = self.watch.news(map);
-        let asked = self.questions.send(Question { brief: *brief, news, state: *state, team: team.cloned() });
+        let asked = self.questions.send(Question { brief, news, state: *state, team: team.cloned() });
         match asked.ok().and_then(|()| self.answers.recv().ok()) {
             Some(action) => Plan::at_once(action, PlanStatus::Solved),
             None => std::panic::resume_unwind(Box::new("the caller has dropped the mission")),
@@ -85,10 +87,11 @@ impl Session {
         guarded(|| {
             let world = resolved.get().0.clone();
             let brief = Brief { run: RUN, ..world.brief };
-            if brief.cover.is_none() || brief.mixed.is_some() {
+            if Task::of(&brief) != Task::Cover {
                 return Err(no_environment(brief.scenario, Need::Rovers));
             }
-            let mission = Mission { brief, terrain: world.terrain.clone(), seed, fleet: world.fleet.clone() };
+            let mission =
+                Mission { brief, terrain: world.terrain.clone(), seed, faults: world.faults.clone() };
             let (questions, inbox) = channel();
             let (outbox, answers) = channel();
             let name: Name = "session".parse().map_err(crate::error)?;
@@ -117,7 +120,7 @@ impl Session {
             turn.ports = Some((inbox, outbox));
             turn.awaits = true;
             let map = Arrays::update(&mut turn.arrays, py, &news)?;
-            Ok(Some((view::Brief(brief), map, view::State { state, team })))
+            Ok(Some((brief, map, view::State { state, team })))
         })
     }
 

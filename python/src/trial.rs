@@ -1,7 +1,7 @@
 //! One mission of a batch.
 
 use contract::{
-    Action, Brief, Cell, Collected, Decision, Digest, Leader, MonotonicNs, Origin, Record, RobotId, Status,
+    Action, Cell, Collected, Decision, Digest, Leader, Leg, MonotonicNs, Origin, Record, RobotId, Status,
     Timing, Vetoed,
 };
 use hopper_sim::{Arbiter, Mission, Pace, ROBOT, RobotTeam};
@@ -33,7 +33,7 @@ impl Trial {
         Self {
             seed: 0,
             begun: false,
-            cell: ground.brief().start,
+            cell: ground.leg().start,
             steps: 0,
             collected: Collected::default(),
             status: Status::Underway,
@@ -46,7 +46,7 @@ impl Trial {
     /// Begins the mission of `seed`.
     pub fn begin(&mut self, ground: &Ground, seed: u64) {
         (self.seed, self.begun) = (seed, true);
-        (self.cell, self.steps, self.collected) = (ground.brief().start, 0, Collected::default());
+        (self.cell, self.steps, self.collected) = (ground.leg().start, 0, Collected::default());
         self.status = hopper_sim::mission::opening_status(ground.brief());
         self.seen.fill(0.0);
         self.actions.clear();
@@ -89,7 +89,7 @@ impl Trial {
         (self.cell, self.collected) = (cell, collected);
         self.actions.push(action);
         self.status = match terrain.ground(cell) {
-            _ if cell == brief.goal && self.steps <= brief.limits.steps_max => Status::Goal,
+            _ if cell == ground.leg().goal && self.steps <= brief.limits.steps_max => Status::Goal,
             None => Status::LeftMap,
             Some(there) if !there.passable => Status::Lost,
             Some(_) if self.steps >= brief.limits.steps_max => Status::Deadlock,
@@ -106,8 +106,8 @@ impl Trial {
     }
 
     /// x and y of the hopper, cells to the goal along x and y, share of the steps left.
-    pub fn numbers(&self, brief: &Brief) -> [f32; 5] {
-        let Brief { goal, limits, .. } = brief;
+    pub fn numbers(&self, leg: &Leg) -> [f32; 5] {
+        let Leg { goal, limits, .. } = leg;
         let left = limits.steps_max.saturating_sub(self.steps) as f32 / limits.steps_max.max(1) as f32;
         let [x, y, to_x, to_y] =
             [self.cell.x, self.cell.y, goal.x - self.cell.x, goal.y - self.cell.y].map(|value| value as f32);
@@ -159,7 +159,7 @@ impl Trial {
         let mission = &Mission { seed: self.seed, ..ground.mission.clone() };
         let now = MonotonicNs(0);
         let mut state = *Arbiter::new(mission.clone(), None, Pace::Max, 0, now).state();
-        let mut team = RobotTeam::new(&mission.brief, &mission.terrain, None);
+        let mut team = RobotTeam::new(&mission.brief, &mission.terrain, &mission.faults);
         for &action in &self.actions {
             let (_, execution) = team.execute(mission, &state, Leader::default(), action);
             let mut record = Record {

@@ -1,88 +1,102 @@
 //! Brief and state as a Python planner sees them.
 
-use contract::{Action, Cell, Task, Team};
+use contract::{Account, Action, Cell, Leg, Team};
+use planner::Situation;
 use pyo3::prelude::*;
+
+use crate::task::Task;
 
 /// Farther from the first cell than a hop from outside of the largest grid can begin.
 const BEYOND: i32 = 1 << 20;
 
 /// What was known before the mission.
 #[pyclass(frozen, module = "hopper")]
-pub struct Brief(pub contract::Brief);
+pub struct Brief {
+    pub brief: contract::Brief,
+    /// Where a hopper decides, its way.
+    pub leg: Option<Leg>,
+}
+
+impl Brief {
+    /// That of who decides.
+    pub fn of(situation: &Situation<'_>) -> Self {
+        Self { brief: *situation.brief, leg: situation.leg.copied() }
+    }
+
+    /// Start and goal: those of the leg; of other robots where the first one begins and the last one with a goal goes.
+    fn ends(&self) -> [Cell; 2] {
+        let (brief, start) = (&self.brief, self.brief.robots[0].start.cell);
+        let goal = || brief.robots.iter().rev().find_map(|robot| robot.goal.cell(&brief.grid, 0));
+        self.leg.map_or_else(|| [start, goal().unwrap_or(start)], |leg| [leg.start, leg.goal])
+    }
+}
 
 #[pymethods]
 impl Brief {
     /// Name of the scenario.
     #[getter]
     fn scenario(&self) -> String {
-        self.0.scenario.to_string()
+        self.brief.scenario.to_string()
     }
 
     /// "paper-2023" or "hopper".
     #[getter]
     fn profile(&self) -> &'static str {
-        self.0.profile.as_str()
+        self.brief.profile.as_str()
     }
 
     /// "reach", "patrol", "accompany" (a hopper with helicopters), "cover", "scout" or "mixed" (robots with tasks of their own).
     #[getter]
     fn task(&self) -> &'static str {
-        match self.0.task() {
-            Task::Reach => "reach",
-            Task::Patrol => "patrol",
-            Task::Accompany => "accompany",
-            Task::Cover(_) => "cover",
-            Task::Scout(_) => "scout",
-            Task::Mixed(_) => "mixed",
-        }
+        Task::of(&self.brief).as_str()
     }
 
     /// Robots of the mission, numbered from 0.
     #[getter]
     fn robots(&self) -> u16 {
-        self.0.robots
+        self.brief.robots.count()
     }
 
     /// Columns of the grid.
     #[getter]
     fn width(&self) -> u32 {
-        self.0.grid.width
+        self.brief.grid.width
     }
 
     /// Rows of the grid.
     #[getter]
     fn height(&self) -> u32 {
-        self.0.grid.height
+        self.brief.grid.height
     }
 
     /// Edge of a cell, metres.
     #[getter]
     fn cell_size_m(&self) -> f64 {
-        self.0.grid.cell_size_m
+        self.brief.grid.cell_size_m
     }
 
     /// Cells that one hop spans.
     #[getter]
     fn hop_cells(&self) -> u32 {
-        self.0.grid.hop_cells
+        self.brief.grid.hop_cells
     }
 
     /// Cell (x, y) where the mission, or this leg of a patrol, begins.
     #[getter]
     fn start(&self) -> (i32, i32) {
-        pair(self.0.start)
+        pair(self.ends()[0])
     }
 
     /// Cell (x, y) to reach.
     #[getter]
     fn goal(&self) -> (i32, i32) {
-        pair(self.0.goal)
+        pair(self.ends()[1])
     }
 
     /// Steps after which the mission is a deadlock.
     #[getter]
     fn steps_max(&self) -> u64 {
-        self.0.limits.steps_max
+        self.brief.limits.steps_max
     }
 
     /// The cell (x, y) that an action aims at from `cell`; None outside the grid.
@@ -92,27 +106,30 @@ impl Brief {
         let from = Cell::new(x, y);
         let to = match Action::from_code(action) {
             Some(Action::Hold) => from,
-            Some(Action::Hop(direction)) => self.0.grid.hop(from, direction),
+            Some(Action::Hop(direction)) => self.brief.grid.hop(from, direction),
             Some(Action::Step(direction)) => {
                 let (dx, dy) = direction.step();
                 Cell::new(from.x + dx, from.y + dy)
             }
             _ => return Err(crate::error(format!("an action needs to be a hopper.Action, got {action}"))),
         };
-        Ok(self.0.grid.contains(to).then_some(pair(to)))
+        Ok(self.brief.grid.contains(to).then_some(pair(to)))
     }
 
     /// Every field of the brief, as JSON.
     fn json(&self) -> PyResult<String> {
-        serde_json::to_string(&self.0).map_err(crate::error)
+        serde_json::to_string(&self.brief).map_err(crate::error)
     }
 
     fn __repr__(&self) -> String {
-        let contract::Brief { scenario, profile, robots, grid, start, goal, .. } = &self.0;
-        let ends = if self.0.is_of_hopper() { format!(", from {start} to {goal}") } else { String::new() };
+        let contract::Brief { scenario, profile, robots, grid, account, .. } = &self.brief;
+        let [start, goal] = self.ends();
+        let is_of_hopper = *account == Account::Hopper;
+        let ends = if is_of_hopper { format!(", from {start} to {goal}") } else { String::new() };
         format!(
-            "<Brief of scenario {scenario}, profile {profile}: task {}, robots {robots}, {} x {} cells{ends}>",
+            "<Brief of scenario {scenario}, profile {profile}: task {}, robots {}, {} x {} cells{ends}>",
             self.task(),
+            robots.count(),
             grid.width,
             grid.height
         )
@@ -126,15 +143,18 @@ impl Brief {
         slf
     }
 
-    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (String,))> {
-        Ok((py.import("hopper._native")?.getattr("read_brief")?, (self.json()?,)))
+    #[allow(clippy::type_complexity, reason = "what pickle asks for")]
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (String, String))> {
+        let leg = serde_json::to_string(&self.leg).map_err(crate::error)?;
+        Ok((py.import("hopper._native")?.getattr("read_brief")?, (self.json()?, leg)))
     }
 }
 
 /// Reads a pickled brief.
 #[pyfunction]
-pub fn read_brief(json: &str) -> PyResult<Brief> {
-    serde_json::from_str(json).map(Brief).map_err(crate::error)
+pub fn read_brief(json: &str, leg: &str) -> PyResult<Brief> {
+    let brief = serde_json::from_str(json).map_err(crate::error)?;
+    Ok(Brief { brief, leg: serde_json::from_str(leg).map_err(crate::error)? })
 }
 
 /// The state at a decision.

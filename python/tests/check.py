@@ -51,7 +51,8 @@ class Watching(MyPlanner):
         self.seen = int(map.seen.sum())
         self.cells.append(state.cell)
         assert state.decision == len(self.cells) - 1 and json.loads(state.json())[0]["steps"] == state.steps
-        assert json.loads(brief.json())["goal"] == dict(zip("xy", brief.goal))
+        goal = json.loads(brief.json())["robots"][0]["goal"]["reach"]["at"]
+        assert [int(goal[side] / brief.cell_size_m) for side in ("x_m", "y_m")] == list(brief.goal)
         return super().decide(brief, map, state)
 
 

@@ -14,7 +14,7 @@ told = {
     "actions": journal.rows["action"].tolist(),
     "planning_us": float(np.median(journal.rows["planning_ns"])) / 1e3,
 }
-assert journal.brief["goal"] and "[truth" in journal.scenario and journal.seed > 0
+assert journal.brief["robots"][0]["goal"] and "[truth" in journal.scenario and journal.seed > 0
 if len(sys.argv) > 2:
     recording = hopper.read_recording(sys.argv[2])
     assert recording.is_whole and recording.lost_bytes == 0 and recording.metadata

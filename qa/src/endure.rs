@@ -184,8 +184,8 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     let world = scenario.resolve().map_err(Failure::usage)?;
     let flown = World::of(world.clone(), args.planner)?;
     let lockstep = if is_patrol { None } else { Some(flown.fly(mission.seed())?) };
-    let decisions = match (world.brief.patrol, lockstep) {
-        (Some(patrol), _) => patrol.hops_max,
+    let decisions = match (world.brief.visits(), lockstep) {
+        (Some(visits), _) => visits.hops_max,
         (None, lockstep) => lockstep.map_or(0, |undisturbed| undisturbed.decisions),
     };
     let (output_dir, journal) = OutputDir::open(args.out.clone(), &world, mission.seed())?;

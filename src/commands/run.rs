@@ -252,13 +252,13 @@ fn check(args: &Args) -> Result<(), Failure> {
 /// Exit code 2 if one is not known, or cannot plan for the scenario's task.
 fn planners(args: &Args, world: &ResolvedScenario) -> Result<Vec<Name>, Failure> {
     let given: Option<Name> = args.planner.as_deref().map(str::parse).transpose().map_err(Failure::usage)?;
-    if (!args.lockstep || world.fleet.is_some())
+    if (!args.lockstep || world.brief.has_team())
         && let Some(name) = given
     {
         planner::algorithm(name.as_str()).map_err(Failure::usage)?;
     }
     let scenario = world.brief.scenario;
-    planner::assigned(&world.brief, &world.vehicles(), given, &world.planners)
+    planner::assigned(&world.brief, given, &world.planners)
         .map_err(|error| Failure::usage(error.in_scenario(scenario)))
 }
 

@@ -101,7 +101,7 @@ pub fn run(command: &Command) -> Result<Exit, Failure> {
             let world =
                 scenario.and_then(|scenario| scenario.with(&overrides).resolve()).map_err(Failure::usage)?;
             // What hopper run would refuse for its planners, it refuses here.
-            let of_robots = planner::assigned(&world.brief, &world.vehicles(), None, &world.planners);
+            let of_robots = planner::assigned(&world.brief, None, &world.planners);
             let scenario = world.brief.scenario;
             of_robots.map_err(|error| Failure::usage(error.in_scenario(scenario)))?;
             let check = ScenarioCheck::of(&world);

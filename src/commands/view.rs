@@ -4,7 +4,9 @@ use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 
-use contract::{Brief, MonotonicNs, PastPage, Policy, Record, RobotId, Route, RoutePage, State, Team};
+use contract::{
+    Account, Brief, MonotonicNs, PastPage, Policy, Record, RobotId, Route, RoutePage, State, Team,
+};
 use hopper_sim::{JournalReader, Mission};
 use monitor::shell::{PAGE_ADDRESS, address, serve_on};
 use monitor::web::Page;
@@ -100,7 +102,7 @@ pub fn history_of_journal(dir: &Path) -> Result<History, Failure> {
 
 /// Passes on the prior of uncertain ground, as hopper-sim would serve it. `hopper view` has the scenario, and no hopper-sim.
 pub fn gather_prior(history: &mut History, brief: &Brief, world: &ResolvedScenario, now: MonotonicNs) {
-    let mission = Mission { brief: *brief, terrain: world.terrain.clone(), seed: 0, fleet: None };
+    let mission = Mission { brief: *brief, terrain: world.terrain.clone(), seed: 0, faults: Vec::new() };
     if let Some(request) = history.wanted(now).prior
         && let Some(page) = mission.prior_page(&request, brief.grid.cells())
     {
@@ -197,7 +199,7 @@ impl<'a> Replay<'a> {
 
     /// The policy that the last planner in command had at the end, if it has one.
     fn policy(&self) -> Option<Policy> {
-        if !self.brief.is_of_hopper() {
+        if self.brief.account != Account::Hopper {
             return None;
         }
         let map = self.sensed.map();
@@ -211,7 +213,14 @@ impl<'a> Replay<'a> {
         }
         let leg = self.brief.leg(state.visits);
         let plan = planner.plan(
-            &Situation { brief: &leg, map, state: &state, team: None, scouting: None },
+            &Situation {
+                brief: &self.brief,
+                leg: Some(&leg),
+                map,
+                state: &state,
+                team: None,
+                scouting: None,
+            },
             &Budget::default(),
         );
         Some(Policy {

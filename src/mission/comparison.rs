@@ -47,7 +47,7 @@ pub fn against_lockstep(dir: &Path) -> Result<Option<Difference>, Failure> {
         return Ok(None);
     }
     let brief = Brief { run: header.run(), ..world.brief };
-    let mission = Mission { brief, terrain: world.terrain, seed: header.seed, fleet: world.fleet };
+    let mission = Mission { brief, terrain: world.terrain, seed: header.seed, faults: world.faults };
     let mut held = history.records().map_while(Result::ok);
     let mut first = None;
     let outline = |record: &Record| (record.digest, record.observation);

@@ -20,10 +20,11 @@ impl Robots {
     /// The robots before the first decision; `None` where there is a single hopper.
     #[must_use]
     pub fn at_start(world: &ResolvedScenario, brief: &Brief) -> Option<Self> {
-        let fleet = world.fleet.as_ref()?;
-        let (terrain, robots) =
-            (Arc::clone(&world.terrain), RobotTeam::new(brief, &world.terrain, Some(fleet)));
-        Some(Self { terrain, robots, is_lost: false })
+        if !brief.has_team() {
+            return None;
+        }
+        let robots = RobotTeam::new(brief, &world.terrain, &world.faults);
+        Some(Self { terrain: Arc::clone(&world.terrain), robots, is_lost: false })
     }
 
     /// The robots of the journal's mission before its first decision; `None` where there is a

@@ -32,7 +32,7 @@ pub fn in_lockstep(
     }
     output_dir.describe(world, seed)?;
     let brief = Brief { run: journal.header().run(), ..world.brief };
-    let mission = Mission { brief, terrain: world.terrain.clone(), seed, fleet: world.fleet.clone() };
+    let mission = Mission { brief, terrain: world.terrain.clone(), seed, faults: world.faults.clone() };
     let mut summary = SummaryBuilder::new(&brief, seed);
     let mut failed = None;
     // What announces a route is written once the routes are known: with the mission's end.

@@ -1,6 +1,6 @@
 //! The state of a mission after a number of hops, ready to be drawn.
 
-use contract::{Brief, Member, ObservedMap, PolicyCell, Record, Route, State, Status};
+use contract::{Account, Brief, Leg, ObservedMap, PolicyCell, Record, Route, State, Status};
 use planner::{Budget, Situation};
 use report::Picture;
 use scenario::ResolvedScenario;
@@ -24,7 +24,6 @@ pub struct Snapshot {
     sensing_radius_m: Option<f64>,
     /// See [`Picture::speeds`].
     speeds: Vec<[f64; 2]>,
-    members: Vec<Member>,
     announced: Vec<Route>,
 }
 
@@ -53,18 +52,17 @@ impl Snapshot {
         announced: &[Route],
         planner: &str,
     ) -> Self {
-        let members = sensed.team().map_or_else(Vec::new, |team| team.members.to_vec());
         let (state, map) = (*sensed.state(), sensed.map().clone());
         Self {
             hops: state.decision.0 as usize,
             policy: policy(brief, &map, state, planner),
-            speeds: speeds(world, brief, &map, &members),
-            members,
+            speeds: speeds(world, brief, &map),
             announced: announced.to_vec(),
             map,
             outcome: state.status,
             steps: state.steps,
-            sensing_radius_m: brief.is_of_hopper().then(|| brief.sensor.radius_m(state.pose.height_m)),
+            sensing_radius_m: hopper_leg(brief, state.visits)
+                .map(|leg| leg.sensor.radius_m(state.pose.height_m)),
         }
     }
 
@@ -86,27 +84,24 @@ impl Snapshot {
             outcome: self.outcome.into(),
             sensing_radius_m: self.sensing_radius_m,
             speeds: &self.speeds,
-            members: &self.members,
             announced: &self.announced,
         }
     }
 }
 
 /// Expected speed and spread of each cell; empty where speeds are certain.
-fn speeds(world: &ResolvedScenario, brief: &Brief, map: &ObservedMap, members: &[Member]) -> Vec<[f64; 2]> {
-    if brief.scout.is_none() {
+fn speeds(world: &ResolvedScenario, brief: &Brief, map: &ObservedMap) -> Vec<[f64; 2]> {
+    if brief.sampling.is_none() {
         return Vec::new();
     }
-    let layer = SpeedLayer::of_speeds(world.terrain.prior.iter(), members);
+    let layer = SpeedLayer::of_speeds(world.terrain.prior.iter(), &brief.robots);
     let seen = map.cells().iter().enumerate();
     let estimates = seen.filter_map(|(index, seen)| layer.estimate_seen(index, seen.as_ref()));
     estimates.map(|estimate| [estimate.mean_m_per_sol, estimate.sd_m_per_sol]).collect()
 }
 
 fn policy(brief: &Brief, map: &ObservedMap, mut state: State, planner: &str) -> Option<Vec<PolicyCell>> {
-    if !brief.is_of_hopper() {
-        return None;
-    }
+    let leg = hopper_leg(brief, state.visits)?;
     let mut planner = planner::algorithm(planner).ok()?;
     if state.status.is_over()
         && let Some(last) = state.last
@@ -114,8 +109,12 @@ fn policy(brief: &Brief, map: &ObservedMap, mut state: State, planner: &str) -> 
         // A policy covers the map, but where the mission has ended there is nothing to plan for.
         state.pose.cell = last.from;
     }
-    let leg = brief.leg(state.visits);
-    planner
-        .plan(&Situation { brief: &leg, map, state: &state, team: None, scouting: None }, &Budget::default());
+    let situation = Situation { brief, leg: Some(&leg), map, state: &state, team: None, scouting: None };
+    planner.plan(&situation, &Budget::default());
     planner.policy()
+}
+
+/// The leg of the hopper that the state tells of, if it tells of one.
+fn hopper_leg(brief: &Brief, visits: u64) -> Option<Leg> {
+    if brief.account == Account::Hopper { Some(brief.leg(visits)) } else { None }
 }

@@ -65,7 +65,7 @@ pub fn flown(planner: &str) -> Result<String, String> {
         brief: Brief { run: RunId(1), ..world.brief },
         terrain: world.terrain,
         seed: 1,
-        fleet: None,
+        faults: Vec::new(),
     };
     let crew = PlannerSchedule::single(planner.parse().unwrap());
     let flown = lockstep::fly(mission, &crew, &mut || MonotonicNs(0), &mut |_| ());

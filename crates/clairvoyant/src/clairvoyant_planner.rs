@@ -1,6 +1,6 @@
 //! The planner that reaches the bound on success, by the quickest of such plans.
 
-use contract::{Action, Brief, Direction, Name};
+use contract::{Action, Direction, Leg, Name};
 use planner::{Budget, Plan, PlanStatus, Planner, Situation};
 use terrain::Terrain;
 
@@ -33,18 +33,18 @@ pub struct Clairvoyant {
 }
 
 impl Clairvoyant {
-    /// Solves the mission on `terrain` under `brief`.
+    /// Solves `leg` on `terrain`.
     ///
     /// # Errors
     /// [`ClairvoyantError::TooLarge`] beyond [`TABLE_MAX`] entries.
-    pub fn new(brief: &Brief, terrain: &Terrain) -> Result<Self, ClairvoyantError> {
-        let (cells, steps_max) = (brief.grid.cells(), brief.limits.steps_max);
+    pub fn new(leg: &Leg, terrain: &Terrain) -> Result<Self, ClairvoyantError> {
+        let (cells, steps_max) = (leg.grid.cells(), leg.limits.steps_max);
         let entries = (cells as u64).checked_mul(steps_max).filter(|&entries| entries <= TABLE_MAX);
         let Some(entries) = entries else {
             return Err(ClairvoyantError::TooLarge { cells: cells as u64, steps: steps_max });
         };
         let mut hops = vec![Direction::North; entries as usize];
-        let mut horizon = Horizon::new(brief, terrain);
+        let mut horizon = Horizon::new(leg, terrain);
         for layer in hops.chunks_exact_mut(cells) {
             horizon.next_layer(&mut |index, direction| layer[index] = direction);
         }
@@ -58,12 +58,12 @@ impl Planner for Clairvoyant {
     }
 
     fn plan(&mut self, situation: &Situation<'_>, _: &Budget) -> Plan {
-        let here = situation.state.pose.cell;
-        if here == situation.brief.goal {
+        let (leg, here) = (situation.leg(), situation.state.pose.cell);
+        if here == leg.goal {
             return Plan::at_once(Action::Hold, PlanStatus::Solved);
         }
         let left = self.steps_max.saturating_sub(situation.state.steps);
-        match situation.brief.grid.index(here) {
+        match leg.grid.index(here) {
             Some(index) if left > 0 => {
                 let hop = self.hops[(left as usize - 1) * self.cells + index];
                 Plan::at_once(Action::Hop(hop), PlanStatus::Solved)

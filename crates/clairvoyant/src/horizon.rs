@@ -1,6 +1,6 @@
 //! The dynamic programme, one layer for each number of steps left.
 
-use contract::{Action, Branch, Brief, Cell, Direction};
+use contract::{Action, Branch, Cell, Direction, Leg};
 use motion::{landing, steps, transitions};
 use terrain::Terrain;
 
@@ -22,14 +22,14 @@ pub struct Bounds {
     pub restricted_mean_steps: f64,
 }
 
-/// The bounds of a mission on `terrain` under `brief`.
+/// The bounds of a mission of one `leg` on `terrain`.
 #[must_use]
-pub fn bounds(brief: &Brief, terrain: &Terrain) -> Bounds {
-    let Some(start) = brief.grid.index(brief.start) else {
-        return Bounds { success: 0.0, restricted_mean_steps: brief.limits.steps_max as f64 };
+pub fn bounds(leg: &Leg, terrain: &Terrain) -> Bounds {
+    let Some(start) = leg.grid.index(leg.start) else {
+        return Bounds { success: 0.0, restricted_mean_steps: leg.limits.steps_max as f64 };
     };
-    let mut horizon = Horizon::new(brief, terrain);
-    for _ in 0..brief.limits.steps_max {
+    let mut horizon = Horizon::new(leg, terrain);
+    for _ in 0..leg.limits.steps_max {
         horizon.next_layer(&mut |_, _| ());
     }
     let at_start = horizon.optimum_at(start);
@@ -68,15 +68,15 @@ pub(crate) struct Horizon {
 
 impl Horizon {
     /// Computes layer 0, no steps left.
-    pub(crate) fn new(brief: &Brief, terrain: &Terrain) -> Self {
-        let grid = brief.grid;
+    pub(crate) fn new(leg: &Leg, terrain: &Terrain) -> Self {
+        let grid = leg.grid;
         let arrives = |to: Cell| {
-            let stands = to == brief.goal || terrain.ground(to).is_some_and(|ground| ground.passable);
+            let stands = to == leg.goal || terrain.ground(to).is_some_and(|ground| ground.passable);
             if stands { grid.index(to) } else { None }
         };
         let hops_from = |cell: Cell| {
             let ground = terrain.ground(cell)?;
-            let scatter = transitions(&brief.motion, ground);
+            let scatter = transitions(&leg.motion, ground);
             Some(Direction::ALL.map(|direction| {
                 BRANCHES.map(|branch| Landing {
                     to: arrives(landing(&grid, cell, direction, branch)),
@@ -86,7 +86,7 @@ impl Horizon {
             }))
         };
         let late = Optimum { success: 0.0, least_steps: 0.0, steps: 0.0 };
-        let goal = grid.index(brief.goal);
+        let goal = grid.index(leg.goal);
         let mut layers = [(); LAYERS].map(|()| vec![late; grid.cells()]);
         if let Some(goal) = goal {
             layers[0][goal].success = 1.0;

@@ -4,8 +4,8 @@
 
 use clairvoyant::{Bounds, bounds};
 use contract::{
-    Action, Branch, Brief, Collected, Decision, Digest, Leader, MonotonicNs, ObservedMap, PolicyCell, Pose,
-    Profile, RobotId, State, Status, Timing, Weights,
+    Action, Branch, Brief, Collected, Decision, Digest, Leader, Leg, MonotonicNs, ObservedMap, PolicyCell,
+    Pose, Profile, RobotId, State, Status, Timing, Weights,
 };
 use motion::{landing, steps, transition};
 use planner::{Budget, Situation, algorithm};
@@ -14,6 +14,7 @@ use terrain::Terrain;
 
 /// The policy of `mdp` on the whole map.
 fn policy(brief: &Brief, terrain: &Terrain) -> Vec<PolicyCell> {
+    let leg = brief.leg(0);
     let cells: Vec<_> = terrain.cells.iter().copied().map(Some).collect();
     let map = ObservedMap::of_cells(brief.run, RobotId(0), brief.grid, &cells);
     let state = State {
@@ -23,7 +24,7 @@ fn policy(brief: &Brief, terrain: &Terrain) -> Vec<PolicyCell> {
         steps: 0,
         status: Status::Underway,
         leader: Leader::default(),
-        pose: Pose { cell: brief.start, height_m: 0.0 },
+        pose: Pose { cell: leg.start, height_m: 0.0 },
         last: None,
         collected: Collected::default(),
         previous: Digest::default(),
@@ -37,19 +38,20 @@ fn policy(brief: &Brief, terrain: &Terrain) -> Vec<PolicyCell> {
         last_timing: Timing::default(),
     };
     let mut planner = algorithm("mdp").unwrap();
-    planner
-        .plan(&Situation { brief, map: &map, state: &state, team: None, scouting: None }, &Budget::default());
+    let situation =
+        Situation { brief, leg: Some(&leg), map: &map, state: &state, team: None, scouting: None };
+    planner.plan(&situation, &Budget::default());
     planner.policy().unwrap()
 }
 
 /// Success and restricted mean of a fixed policy, exactly: layer after layer of steps left.
-fn reached(brief: &Brief, terrain: &Terrain, policy: &[PolicyCell]) -> Bounds {
-    let grid = &brief.grid;
+fn reached(leg: &Leg, terrain: &Terrain, policy: &[PolicyCell]) -> Bounds {
+    let grid = &leg.grid;
     let mut layers: Vec<Vec<Bounds>> = Vec::new();
-    for left in 0..=brief.limits.steps_max {
+    for left in 0..=leg.limits.steps_max {
         let failed = Bounds { success: 0.0, restricted_mean_steps: left as f64 };
         let layer = grid.iter().map(|cell| {
-            if cell == brief.goal {
+            if cell == leg.goal {
                 return Bounds { success: 1.0, restricted_mean_steps: 0.0 };
             }
             let index = grid.index(cell).unwrap();
@@ -57,9 +59,9 @@ fn reached(brief: &Brief, terrain: &Terrain, policy: &[PolicyCell]) -> Bounds {
             let Action::Hop(direction) = action else { return failed };
             let mut sum = Bounds { success: 0.0, restricted_mean_steps: 0.0 };
             for branch in [Branch::Intended, Branch::Stayed, Branch::Left, Branch::Right] {
-                let p = transition(&brief.motion, ground, direction).probability(branch);
+                let p = transition(&leg.motion, ground, direction).probability(branch);
                 let (cost, to) = (steps(ground.soil, action, branch), landing(grid, cell, direction, branch));
-                let in_time = cost < left || cost == left && to == brief.goal;
+                let in_time = cost < left || cost == left && to == leg.goal;
                 let then = match grid.index(to) {
                     Some(to) if in_time => {
                         let then = layers[(left - cost) as usize][to];
@@ -75,7 +77,7 @@ fn reached(brief: &Brief, terrain: &Terrain, policy: &[PolicyCell]) -> Bounds {
         let layer = layer.collect();
         layers.push(layer);
     }
-    layers[brief.limits.steps_max as usize][grid.index(brief.start).unwrap()]
+    layers[leg.limits.steps_max as usize][grid.index(leg.start).unwrap()]
 }
 
 /// P-PRICED-TIME: On a known map, profile `hopper` comes within 0.1 points of success and 0.1 steps
@@ -85,10 +87,10 @@ fn priced_time_leaves_nothing_for_a_clock_to_gain() {
     for name in ["hard", "heterogeneous", "sandy"] {
         let ResolvedScenario { mut brief, terrain, .. } = scenario::load(name).unwrap().resolve().unwrap();
         brief.profile = Profile::Hopper;
-        let bound = bounds(&brief, &terrain);
+        let bound = bounds(&brief.leg(0), &terrain);
         for (safety, information) in [(1.0, 0.0), (0.5, 0.5), (0.0, 1.0)] {
             brief.weights = Weights { safety, information, ..brief.weights };
-            let got = reached(&brief, &terrain, &policy(&brief, &terrain));
+            let got = reached(&brief.leg(0), &terrain, &policy(&brief, &terrain));
             assert!(
                 got.success >= bound.success - 0.001,
                 "{name} ({safety}, {information}): {got:?}, {bound:?}"

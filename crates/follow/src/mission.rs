@@ -70,7 +70,7 @@ impl Mission {
     /// Takes a state, unless a newer one is known.
     pub fn hear_state(&mut self, state: &State) -> Heard {
         let known = self.state.as_ref().filter(|known| known.run == state.run);
-        let robots = self.brief.as_ref().map_or(1, |brief| brief.robots);
+        let robots = self.brief.as_ref().map_or(1, |brief| brief.robots.count());
         if !state.is_news(robots, known) {
             return Heard::Nothing;
         }

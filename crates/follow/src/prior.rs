@@ -16,7 +16,7 @@ pub struct PriorFollower {
 impl PriorFollower {
     /// Begins to gather the prior of the brief's run, if its ground is uncertain; the same run again changes nothing.
     pub fn begin(&mut self, brief: &Brief) {
-        let of = brief.scout.map(|_| (brief.run, brief.grid));
+        let of = brief.sampling.map(|_| (brief.run, brief.grid));
         if self.of != of {
             *self = Self { of, ..Self::default() };
             self.of.iter().for_each(|(run, _)| self.pages.begin(*run));

@@ -55,7 +55,7 @@ impl Replica {
     /// Begins with an empty map of the brief's run; the same run again changes nothing.
     pub fn begin(&mut self, brief: &Brief) {
         let Brief { run, grid, robots, .. } = *brief;
-        self.robots = robots;
+        self.robots = robots.count();
         if self.map.as_ref().is_some_and(|map| map.run == run && map.grid == grid) {
             return;
         }

@@ -15,8 +15,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         let schedule = PlannerSchedule::single(planner.parse()?);
         let mut reached = 0;
         for seed in 1..=MISSIONS {
-            let (brief, terrain, fleet) = (world.brief, world.terrain.clone(), world.fleet.clone());
-            let mission = Mission { brief, terrain, seed, fleet };
+            let (brief, terrain, faults) = (world.brief, world.terrain.clone(), world.faults.clone());
+            let mission = Mission { brief, terrain, seed, faults };
             let flown = fly(mission, &schedule, &mut MonotonicNs::default, &mut |_| ())?;
             reached += u64::from(flown.state.status == Status::Goal);
         }

@@ -104,7 +104,7 @@ impl<'c> Flight<'c> {
             planner: "hold".parse().expect("a name"),
         };
         let first = successors.pop_front().unwrap_or_else(nobody);
-        let robots = first.robots.of(mission.brief.robots);
+        let robots = first.robots.of(mission.brief.robots.count());
         let planner = make(first.planner, &mission)?;
         let Tempo { pace, control } = tempo;
         let terms = SimTerms { pace, linger_ns: 0, control, deadlines: false, terms: Terms::default() };
@@ -236,7 +236,7 @@ impl<'c> Flight<'c> {
         let decision = self.sim.arbiter().state().decision;
         while let Some(next) = self.successors.pop_front_if(|next| next.from <= decision) {
             let mission = self.sim.arbiter().mission();
-            let robots = next.robots.of(mission.brief.robots);
+            let robots = next.robots.of(mission.brief.robots.count());
             let planner = (self.make)(next.planner, mission)?;
             self.lives += 1;
             // Whoever commands other robots too goes on with them.

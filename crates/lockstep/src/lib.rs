@@ -8,7 +8,7 @@
 //! use lockstep::{Mission, PlannerSchedule, fly};
 //!
 //! let world = scenario::load("hard")?.resolve()?;
-//! let mission = Mission { brief: world.brief, terrain: world.terrain, seed: 3, fleet: world.fleet };
+//! let mission = Mission { brief: world.brief, terrain: world.terrain, seed: 3, faults: world.faults };
 //! let schedule = PlannerSchedule::single("mdp".parse()?);
 //! let mut hops = 0;
 //! let flown = fly(mission, &schedule, &mut MonotonicNs::default, &mut |_record| hops += 1)?;
@@ -26,8 +26,8 @@ mod records;
 use std::collections::BTreeMap;
 
 use contract::{
-    Decision, MonotonicNs, Name, ObservedMap, PolicyCell, Record, RefusalCounts, RobotId, RobotSet, Route,
-    State, Team,
+    Account, Decision, MonotonicNs, Name, ObservedMap, PolicyCell, Record, RefusalCounts, RobotId, RobotSet,
+    Route, State, Team,
 };
 use hopper_sim::Fallback;
 use planner::{Planner, PlannerError};
@@ -231,13 +231,13 @@ pub fn algorithm(name: Name, mission: &Mission) -> Result<Box<dyn Planner>, Plan
     if name.as_str() != planner::CLAIRVOYANT {
         return planner::algorithm(name.as_str());
     }
-    if mission.brief.patrol.is_some() {
-        return Err(PlannerError::Unsuited {
-            reason: "the clairvoyant plans for one goal, not for a patrol".into(),
-        });
+    let unsuited = |reason: &str| PlannerError::Unsuited { reason: reason.into() };
+    if mission.brief.account != Account::Hopper {
+        return Err(unsuited("the clairvoyant plans for the mission of one hopper"));
     }
-    let clairvoyant = clairvoyant::Clairvoyant::new(&mission.brief, &mission.terrain);
-    let unsuited =
-        |error: clairvoyant::ClairvoyantError| PlannerError::Unsuited { reason: error.to_string() };
-    Ok(Box::new(clairvoyant.map_err(unsuited)?))
+    if mission.brief.visits().is_some() {
+        return Err(unsuited("the clairvoyant plans for one goal, not for a patrol"));
+    }
+    let clairvoyant = clairvoyant::Clairvoyant::new(&mission.brief.leg(0), &mission.terrain);
+    Ok(Box::new(clairvoyant.map_err(|error| unsuited(&error.to_string()))?))
 }

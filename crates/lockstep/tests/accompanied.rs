@@ -20,7 +20,7 @@ fn world(changes: &[(&str, &str)]) -> ResolvedScenario {
 
 fn mission(world: &ResolvedScenario, seed: u64) -> Mission {
     let brief = Brief { run: RunId(1), ..world.brief };
-    Mission { brief, terrain: world.terrain.clone(), seed, fleet: world.fleet.clone() }
+    Mission { brief, terrain: world.terrain.clone(), seed, faults: world.faults.clone() }
 }
 
 fn fly(world: &ResolvedScenario, seed: u64, schedule: &PlannerSchedule) -> (Flown, Vec<Record>) {
@@ -59,9 +59,9 @@ fn who_sees_ahead_needs_fewer_steps_and_state_and_pose_are_the_hoppers() {
         let (flown, records) = fly(&with, seed, &own_planners(&with));
         let (unaided, _) = fly(&alone, seed, &PlannerSchedule::single("mdp".parse().unwrap()));
         assert_eq!((flown.state.status, unaided.state.status), (Status::Goal, Status::Goal), "seed {seed}");
-        assert_eq!(flown.state.pose.cell, with.brief.goal);
+        assert_eq!(flown.state.pose.cell, with.brief.leg(0).goal);
         saved += unaided.state.steps as i64 - flown.state.steps as i64;
-        let mut pose = with.brief.start;
+        let mut pose = with.brief.leg(0).start;
         for record in &records {
             if record.robot == HELICOPTER {
                 assert_eq!(record.pose.cell, pose, "decision {}", record.decision);
@@ -104,8 +104,9 @@ fn an_arbiter_that_recalls_the_records_has_the_robots_where_they_were() {
         assert_eq!(team.due, records[count].robot, "after {count} decisions");
         let at = |robot: RobotId| team.member(robot).unwrap().at.cell;
         let own = |robot| records[..count].iter().rev().find(|record: &&Record| record.robot == robot);
-        assert_eq!(at(RobotId(0)), own(RobotId(0)).map_or(world.brief.start, |record| record.outcome.to));
-        assert_eq!(at(HELICOPTER), own(HELICOPTER).map_or(world.brief.start, |record| record.outcome.to));
+        let start = world.brief.leg(0).start;
+        assert_eq!(at(RobotId(0)), own(RobotId(0)).map_or(start, |record| record.outcome.to));
+        assert_eq!(at(HELICOPTER), own(HELICOPTER).map_or(start, |record| record.outcome.to));
         let flown_m = team.member(HELICOPTER).unwrap().travel.unwrap().flown_m;
         let legs = records[..count].iter().filter(|record| record.robot == HELICOPTER);
         let expected: f64 = legs.map(|record| record.outcome.flight.range_m).sum();

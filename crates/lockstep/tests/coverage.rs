@@ -3,15 +3,14 @@
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
 use contract::{
-    Action, Brief, Cell, Cover, CoverMode, Decision, Digest, Direction, Grid, Ground, Leader, Member,
-    MonotonicNs, ObservedMap, Placement, Record, Robot, RobotId, RunId, Sensor, Standing, Status, Team,
-    Vehicle,
+    Account, Action, Body, Brief, Cell, Cover, CoverMode, Decision, Digest, Direction, Goal, Grid, Ground,
+    Member, MonotonicNs, ObservedMap, Placement, Record, Robot, RobotId, Robots, Rover, RunId, Sensor,
+    Square, Standing, Status, Team, Waypoint,
 };
 use coverage::{Algorithm, Knowledge};
 use coverage_world::{Fault, Sensing, Setup, World};
 use hopper_sim::{Arbiter, Mission, Pace};
 use lockstep::PlannerSchedule;
-use scenario::Fleet;
 use terrain::Terrain;
 
 /// What is covered how, and by whom.
@@ -37,26 +36,27 @@ impl Case {
         let cells = grid.iter().map(ground).collect();
         let terrain = Terrain { grid, cells, treasures: Vec::new(), prior: Vec::new() };
         let robot = |start: &Placement| Robot {
-            vehicle: Vehicle::Rover { speed_mps: 1.0 },
-            sensor: Sensor::Square { range_cells: sensing.range_cells() as u32 },
+            body: Body::Rover(Rover { speed_mps: 1.0 }),
+            sensor: Sensor::Square(Square { range_cells: sensing.range_cells() as u32 }),
             start: *start,
+            start_at: Waypoint::middle_of(&grid, start.cell),
+            goal: Goal::Cover(Cover { percent: *percent, mode: *mode }),
+            required: true,
         };
+        let robots: Vec<Robot> = starts.iter().map(robot).collect();
         let faults = faults
             .iter()
             .map(|fault| scenario::Fault { robot: RobotId(fault.robot as u16), action: fault.action });
         let base = scenario::load("hard").unwrap().resolve().unwrap().brief;
         let mut brief = Brief {
             run: RunId(1),
-            robots: starts.len() as u16,
             grid,
-            start: starts[0].cell,
-            goal: starts[0].cell,
-            cover: Some(Cover { percent: *percent, mode: *mode }),
+            account: Account::ActionsWithoutWaits,
+            robots: Robots::new(&robots).unwrap(),
             ..base
         };
         brief.limits.steps_max = *steps_max;
-        let fleet = Fleet { robots: starts.iter().map(robot).collect(), faults: faults.collect() };
-        Mission { brief, terrain: terrain.into(), seed: 1, fleet: Some(fleet) }
+        Mission { brief, terrain: terrain.into(), seed: 1, faults: faults.collect() }
     }
 
     fn fly(&self) -> (lockstep::Flown, Vec<Record>) {
@@ -225,9 +225,10 @@ fn a_planner_with_an_empty_cache_decides_as_one_that_has_seen_all() {
             }
             map.mark();
             for robot in 0..3 {
-                let team = team(&case, &engine, RobotId(robot));
+                let team = team(&brief, &engine, RobotId(robot));
                 let situation = planner::Situation {
                     brief: &brief,
+                    leg: None,
                     map: &map,
                     state: &state,
                     team: Some(&team),
@@ -243,17 +244,10 @@ fn a_planner_with_an_empty_cache_decides_as_one_that_has_seen_all() {
 }
 
 /// The rovers of the engine as a message has them.
-fn team(case: &Case, engine: &coverage_world::Mission<'_>, due: RobotId) -> Team {
-    let fleet = case.mission().fleet.unwrap();
+fn team(brief: &Brief, engine: &coverage_world::Mission<'_>, due: RobotId) -> Team {
     let member = |(robot, rover): (&Robot, &coverage::Rover)| Member {
-        robot: *robot,
         at: Placement { cell: rover.pose.cell, heading: rover.pose.heading },
-        ready_at_ns: 0,
-        standing: Standing::Active,
-        waits: false,
-        leader: Leader::default(),
-        last: None,
-        travel: None,
+        ..Member::at_start(robot)
     };
     Team {
         run: RunId(1),
@@ -261,7 +255,7 @@ fn team(case: &Case, engine: &coverage_world::Mission<'_>, due: RobotId) -> Team
         digest: Digest::default(),
         due,
         actor: None,
-        members: fleet.robots.iter().zip(engine.rovers()).map(member).collect(),
+        members: brief.robots.iter().zip(engine.rovers()).map(member).collect(),
     }
 }
 
@@ -302,7 +296,7 @@ fn the_built_in_scenarios_of_rovers_keep_their_digests() {
         ("coverage-8", 392, "ed38b5c37a8562ed1dfb37829ebd683555a974b26e719cf433dfbc623fc47728"),
     ] {
         let world = scenario::load(name).unwrap().resolve().unwrap();
-        let mission = Mission { brief: world.brief, terrain: world.terrain, seed: 1, fleet: world.fleet };
+        let mission = Mission { brief: world.brief, terrain: world.terrain, seed: 1, faults: world.faults };
         let schedule = PlannerSchedule::single("cover_frontier".parse().unwrap());
         let (flown, records) = fly(mission, &schedule);
         assert_eq!(records.len(), decisions, "{name}");

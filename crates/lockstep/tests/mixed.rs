@@ -20,7 +20,7 @@ fn resolved(text: &str) -> ResolvedScenario {
 
 fn mission(world: &ResolvedScenario, seed: u64) -> Mission {
     let brief = Brief { run: RunId(1), ..world.brief };
-    Mission { brief, terrain: world.terrain.clone(), seed, fleet: world.fleet.clone() }
+    Mission { brief, terrain: world.terrain.clone(), seed, faults: world.faults.clone() }
 }
 
 fn fly(world: &ResolvedScenario, seed: u64, schedule: &PlannerSchedule) -> (Flown, Vec<Record>) {
@@ -33,7 +33,7 @@ fn fly(world: &ResolvedScenario, seed: u64, schedule: &PlannerSchedule) -> (Flow
 }
 
 fn own_planners(world: &ResolvedScenario) -> PlannerSchedule {
-    let names = planner::assigned(&world.brief, &world.vehicles(), None, &world.planners).unwrap();
+    let names = planner::assigned(&world.brief, None, &world.planners).unwrap();
     PlannerSchedule::of_robots(&names)
 }
 
@@ -71,8 +71,7 @@ fn fresh_planners_at_every_decision_fly_the_same_mission() {
 fn an_arbiter_that_recalls_the_records_has_the_robots_where_they_were() {
     let world = resolved(EXPEDITION);
     let (flown, records) = fly(&world, 2, &own_planners(&world));
-    let starts: Vec<Cell> =
-        world.fleet.as_ref().unwrap().robots.iter().map(|robot| robot.start.cell).collect();
+    let starts: Vec<Cell> = world.brief.robots.iter().map(|robot| robot.start.cell).collect();
     for count in [1, 2, 5, 40, 200, records.len() - 1] {
         let last = &records[count - 1];
         let mut arbiter = Arbiter::new(mission(&world, 2), Some(last), Pace::Max, 0, MonotonicNs(0));
@@ -129,9 +128,9 @@ fn robots_of_all_kinds_on_a_small_ground_never_share_a_cell() {
     for seed in 0..40 {
         let (flown, records) = fly(&world, seed, &own_planners(&world));
         goals += usize::from(flown.state.status == Status::Goal);
-        let fleet = &world.fleet.as_ref().unwrap().robots;
+        let robots = world.brief.robots.iter();
         let mut cells: Vec<Option<Cell>> =
-            fleet.iter().map(|robot| robot.vehicle.is_on_ground().then_some(robot.start.cell)).collect();
+            robots.map(|robot| robot.body.is_on_ground().then_some(robot.start.cell)).collect();
         for record in &records {
             let own = usize::from(record.robot.0);
             let outcome = record.outcome;

@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
-use contract::{Action, Brief, Direction, MonotonicNs, Name, RouteId, RunId, Task};
+use contract::{Action, Brief, Direction, MonotonicNs, Name, Robot, RouteId, RunId};
 use lockstep::{Mission, PlannerSchedule};
 use planner::{Budget, Plan, PlanStatus, Planner, PlannerError, Situation};
 use scenario::{Overrides, ResolvedScenario, Scenario};
@@ -18,7 +18,7 @@ const EXPEDITION: &str = include_str!("../../../scenarios/expedition.toml");
 #[derive(Clone, Copy)]
 struct Stubborn {
     action: Action,
-    /// The tasks of a hopper only, or whatever there is.
+    /// Whatever there is, or hoppers only.
     suits_all: bool,
     announces: bool,
 }
@@ -28,8 +28,8 @@ impl Planner for Stubborn {
         "stubborn".parse().unwrap()
     }
 
-    fn suits(&self, task: Task) -> bool {
-        self.suits_all || matches!(task, Task::Reach | Task::Patrol | Task::Accompany)
+    fn suits(&self, robot: &Robot) -> bool {
+        self.suits_all || robot.body.hops()
     }
 
     fn announces(&self) -> bool {
@@ -47,7 +47,7 @@ fn resolved(text: &str) -> ResolvedScenario {
 
 fn fly(world: &ResolvedScenario, planner: Stubborn) -> Result<u64, PlannerError> {
     let brief = Brief { run: RunId(1), ..world.brief };
-    let mission = Mission { brief, terrain: world.terrain.clone(), seed: 1, fleet: world.fleet.clone() };
+    let mission = Mission { brief, terrain: world.terrain.clone(), seed: 1, faults: world.faults.clone() };
     let schedule = PlannerSchedule::single("stubborn".parse().unwrap());
     let make = &mut |_: Name, _: &Mission| Ok(Box::new(planner) as Box<dyn Planner>);
     let flown = lockstep::fly_with(mission, &schedule, make, &mut || MonotonicNs(1), &mut |_| ())?;

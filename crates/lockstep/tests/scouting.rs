@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 
 use contract::{
-    Action, Branch, Brief, MonotonicNs, Name, Record, RobotId, Route, RunId, State, Status, Task, Waypoint,
+    Action, Branch, Brief, MonotonicNs, Name, Record, Robot, RobotId, Route, RunId, State, Status, Waypoint,
 };
 use hopper_sim::Mission;
 use lockstep::{Flown, PlannerSchedule};
@@ -43,7 +43,7 @@ fn mission_in(
     let world = Scenario::parse(&text, "test").unwrap().resolve().unwrap();
     let brief = Brief { run: RunId(1), ..world.brief };
     let names: Vec<_> = robots.iter().map(|(_, planner)| planner.parse().unwrap()).collect();
-    let mission = Mission { brief, terrain: world.terrain, seed: 1, fleet: world.fleet };
+    let mission = Mission { brief, terrain: world.terrain, seed: 1, faults: world.faults };
     (mission, PlannerSchedule::of_robots(&names))
 }
 
@@ -160,7 +160,7 @@ fn the_mission_of_each_arm_is_that_of_the_study_on_dozens_of_worlds() {
         for (arm, planner, robots) in arms {
             let hazard_max = if arm == Arm::NaiveRover { 1.0 } else { 0.01 };
             let (mission, schedule) = mission(seed, robots, hazard_max);
-            let planner_seed = mission.brief.scout.unwrap().seed;
+            let planner_seed = mission.brief.sampling.unwrap().seed;
             let expected = studied(&world, arm, planner, planner_seed);
             let (flown, records) = fly(mission, &schedule);
             let what = format!("world {seed}, {arm:?}, {planner:?}");
@@ -187,7 +187,7 @@ fn the_mission_with_a_camera_that_errs_is_that_of_the_study() {
             {
                 let robots = [("rover", "rrt_star_ett"), ("helicopter", search)];
                 let (mission, schedule) = mission_in(seed, &robots, 0.01, Some(accuracy), 1);
-                let planner_seed = mission.brief.scout.unwrap().seed;
+                let planner_seed = mission.brief.sampling.unwrap().seed;
                 let exact = Setup::new(RoverPlanner::RrtStarEtt, Samples::MONTE_CARLO);
                 let setup = Setup { sensor: Some((sensor, seed)), ..exact };
                 let announced = announce(&world, &setup, planner_seed);
@@ -315,7 +315,7 @@ fn the_mission_in_several_stages_is_that_of_the_study() {
                 for (planner, rover) in rovers {
                     let robots = [("rover", rover), ("helicopter", scout)];
                     let (mission, schedule) = mission_in(seed, &robots, 0.01, accuracy, stages);
-                    let planner_seed = mission.brief.scout.unwrap().seed;
+                    let planner_seed = mission.brief.sampling.unwrap().seed;
                     let one = Setup::new(planner, Samples::MONTE_CARLO);
                     let setup = Setup { stages, sensor: sensor.map(|sensor| (sensor, seed)), ..one };
                     let announced = announce(&world, &setup, planner_seed);
@@ -374,7 +374,7 @@ fn fresh_planners_at_every_decision_fly_the_same_stages() {
 fn the_built_in_scenario_keeps_its_digest() {
     let world = scenario::load("rover-helicopter").unwrap().resolve().unwrap();
     let names: Vec<_> = world.planners.iter().flatten().copied().collect();
-    let mission = Mission { brief: world.brief, terrain: world.terrain, seed: 1, fleet: world.fleet };
+    let mission = Mission { brief: world.brief, terrain: world.terrain, seed: 1, faults: world.faults };
     let (flown, records) = fly(mission, &PlannerSchedule::of_robots(&names));
     assert_eq!(flown.state.status, Status::Goal);
     assert_eq!(records.len(), 46);
@@ -396,7 +396,7 @@ fn on_slopes_a_drive_takes_what_the_planner_expects_of_certain_ground() {
              [limits]\nsteps_max = 100\n[[robots]]\nvehicle = \"rover\"\nplanner = \"ett_exact\"\n"
         );
         let world = scenario::Scenario::parse(&text, "slopes").unwrap().resolve().unwrap();
-        let mission = Mission { brief: world.brief, terrain: world.terrain, seed: 1, fleet: world.fleet };
+        let mission = Mission { brief: world.brief, terrain: world.terrain, seed: 1, faults: world.faults };
         fly(mission, &PlannerSchedule::of_robots(&["ett_exact".parse().unwrap()]))
     };
     let time_s = |records: &[Record]| {
@@ -439,8 +439,8 @@ impl Planner for Vetoed {
         self.planner.name()
     }
 
-    fn suits(&self, task: Task) -> bool {
-        self.planner.suits(task)
+    fn suits(&self, robot: &Robot) -> bool {
+        self.planner.suits(robot)
     }
 
     fn announces(&self) -> bool {

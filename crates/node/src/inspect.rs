@@ -270,7 +270,7 @@ impl Report {
         self.processes = processes(&peer_table, leads, Node::now());
         self.services = services(instance)?;
         if let Some(brief) = brief {
-            let budget = MemoryBudget::of(brief.grid.cells(), brief.robots)?;
+            let budget = MemoryBudget::of(brief.grid.cells(), brief.robots.count())?;
             self.memory.need_bytes = Some(budget.need_bytes);
             self.mission = Some(mission(&brief, state.as_ref()));
         }

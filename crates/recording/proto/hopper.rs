@@ -17,6 +17,31 @@ pub struct SoilMotion {
     #[prost(uint32, tag = "4")]
     pub flights: u32,
 }
+/// A robot. Bodies, sensors and goals have a code and a block of numbers each; docs/messages.md lists them.
+#[derive(Clone, PartialEq, ::prost::Message)]
+pub struct Robot {
+    #[prost(uint32, tag = "1")]
+    pub body: u32,
+    #[prost(uint32, tag = "2")]
+    pub sensor: u32,
+    #[prost(uint32, tag = "3")]
+    pub goal: u32,
+    /// whether the mission needs its goal to be reached
+    #[prost(bool, tag = "4")]
+    pub required: bool,
+    #[prost(message, optional, tag = "5")]
+    pub start: ::core::option::Option<Cell>,
+    #[prost(uint32, tag = "6")]
+    pub heading: u32,
+    #[prost(double, repeated, tag = "7")]
+    pub start_m: ::prost::alloc::vec::Vec<f64>,
+    #[prost(double, repeated, tag = "8")]
+    pub body_values: ::prost::alloc::vec::Vec<f64>,
+    #[prost(double, repeated, tag = "9")]
+    pub sensor_values: ::prost::alloc::vec::Vec<f64>,
+    #[prost(double, repeated, tag = "10")]
+    pub goal_values: ::prost::alloc::vec::Vec<f64>,
+}
 /// hop/brief
 #[derive(Clone, PartialEq, ::prost::Message)]
 pub struct Brief {
@@ -29,24 +54,22 @@ pub struct Brief {
     pub scenario_hash: ::prost::alloc::vec::Vec<u8>,
     #[prost(enumeration = "Profile", tag = "4")]
     pub profile: i32,
-    #[prost(uint32, tag = "5")]
-    pub robots: u32,
+    /// what states tell: 1 the hopper's, 2 actions, 3 actions but those by which a robot waits
+    #[prost(uint32, tag = "49")]
+    pub account: u32,
     #[prost(uint32, tag = "6")]
     pub width: u32,
     #[prost(uint32, tag = "7")]
     pub height: u32,
     #[prost(uint32, tag = "8")]
     pub hop_cells: u32,
-    #[prost(enumeration = "GradientSource", tag = "9")]
-    pub gradient_source: i32,
+    /// 0 for none or an unknown number
+    #[prost(uint32, tag = "40")]
+    pub treasures: u32,
     #[prost(double, tag = "10")]
     pub cell_size_m: f64,
     #[prost(double, tag = "11")]
     pub datum_m: f64,
-    #[prost(message, optional, tag = "12")]
-    pub start: ::core::option::Option<Cell>,
-    #[prost(message, optional, tag = "13")]
-    pub goal: ::core::option::Option<Cell>,
     #[prost(double, repeated, tag = "14")]
     pub weights: ::prost::alloc::vec::Vec<f64>,
     #[prost(double, tag = "15")]
@@ -61,6 +84,48 @@ pub struct Brief {
     pub safety_range: ::prost::alloc::vec::Vec<f64>,
     #[prost(double, repeated, tag = "20")]
     pub height_range_m: ::prost::alloc::vec::Vec<f64>,
+    #[prost(uint64, tag = "29")]
+    pub steps_max: u64,
+    #[prost(uint64, tag = "30")]
+    pub decision_budget_ns: u64,
+    #[prost(double, tag = "31")]
+    pub hazard_max: f64,
+    #[prost(uint64, tag = "32")]
+    pub deadline_ns: u64,
+    /// below 0; 0 if it counts as staying
+    #[prost(double, tag = "36")]
+    pub leaving: f64,
+    /// 0 if from start to goal
+    #[prost(double, tag = "37")]
+    pub distance_scale_cells: f64,
+    #[prost(uint64, tag = "38")]
+    pub opening_steps: u64,
+    /// 0 Euclidean, 1 Manhattan
+    #[prost(uint32, tag = "39")]
+    pub distance_norm: u32,
+    /// after the first
+    #[prost(uint32, tag = "46")]
+    pub further_stages: u32,
+    /// of planners of routes
+    #[prost(fixed64, tag = "43")]
+    pub sampling_seed: u64,
+    /// 0 where nobody drives over uncertain ground
+    #[prost(uint32, tag = "44")]
+    pub rover_samples: u32,
+    #[prost(uint32, tag = "45")]
+    pub helicopter_samples: u32,
+    /// in the order of their numbers
+    #[prost(message, repeated, tag = "50")]
+    pub robots: ::prost::alloc::vec::Vec<Robot>,
+    /// Of recordings from before briefs listed their robots; no longer written.
+    #[prost(uint32, tag = "5")]
+    pub robot_count: u32,
+    #[prost(enumeration = "GradientSource", tag = "9")]
+    pub gradient_source: i32,
+    #[prost(message, optional, tag = "12")]
+    pub start: ::core::option::Option<Cell>,
+    #[prost(message, optional, tag = "13")]
+    pub goal: ::core::option::Option<Cell>,
     #[prost(message, optional, tag = "21")]
     pub hard: ::core::option::Option<SoilMotion>,
     #[prost(message, optional, tag = "22")]
@@ -77,76 +142,16 @@ pub struct Brief {
     pub sensor_offset_m: f64,
     #[prost(double, repeated, tag = "28")]
     pub sensor_radius_m: ::prost::alloc::vec::Vec<f64>,
-    #[prost(uint64, tag = "29")]
-    pub steps_max: u64,
-    #[prost(uint64, tag = "30")]
-    pub decision_budget_ns: u64,
-    #[prost(double, tag = "31")]
-    pub hazard_max: f64,
-    #[prost(uint64, tag = "32")]
-    pub deadline_ns: u64,
     #[prost(uint64, tag = "33")]
     pub hops_max: u64,
     #[prost(uint32, tag = "34")]
     pub goal_count: u32,
     #[prost(message, repeated, tag = "35")]
     pub goals: ::prost::alloc::vec::Vec<Cell>,
-    /// below 0; 0 if it counts as staying
-    #[prost(double, tag = "36")]
-    pub leaving: f64,
-    /// 0 if from start to goal
-    #[prost(double, tag = "37")]
-    pub distance_scale_cells: f64,
-    #[prost(uint64, tag = "38")]
-    pub opening_steps: u64,
-    /// 0 Euclidean, 1 Manhattan
-    #[prost(uint32, tag = "39")]
-    pub distance_norm: u32,
-    /// 0 for none or an unknown number
-    #[prost(uint32, tag = "40")]
-    pub treasures: u32,
-    /// what rovers shall cover; 0 for another task
     #[prost(uint32, tag = "41")]
     pub cover_percent: u32,
-    /// 0 overlap, 1 Voronoi
-    #[prost(uint32, tag = "42")]
-    pub cover_mode: u32,
-    /// of planners of routes
-    #[prost(fixed64, tag = "43")]
-    pub scout_seed: u64,
-    /// 0 for another task
-    #[prost(uint32, tag = "44")]
-    pub rover_samples: u32,
-    #[prost(uint32, tag = "45")]
-    pub helicopter_samples: u32,
-    /// after the first
-    #[prost(uint32, tag = "46")]
-    pub further_stages: u32,
-    /// robots that decide a mission of robots of all kinds, one bit each; 0 for another mission
     #[prost(uint32, tag = "47")]
     pub required: u32,
-    /// of hoppers that hop or see otherwise
-    #[prost(message, repeated, tag = "48")]
-    pub designs: ::prost::alloc::vec::Vec<Design>,
-}
-/// How some hoppers hop and see.
-#[derive(Clone, PartialEq, ::prost::Message)]
-pub struct Design {
-    /// one bit each
-    #[prost(uint32, tag = "1")]
-    pub robots: u32,
-    #[prost(message, optional, tag = "2")]
-    pub hard: ::core::option::Option<SoilMotion>,
-    #[prost(message, optional, tag = "3")]
-    pub sand: ::core::option::Option<SoilMotion>,
-    #[prost(double, tag = "4")]
-    pub launch_angle_rad: f64,
-    #[prost(double, tag = "5")]
-    pub sensor_gain: f64,
-    #[prost(double, tag = "6")]
-    pub sensor_offset_m: f64,
-    #[prost(double, repeated, tag = "7")]
-    pub sensor_radius_m: ::prost::alloc::vec::Vec<f64>,
 }
 #[derive(Clone, PartialEq, Eq, Hash, ::prost::Message)]
 pub struct Leader {

@@ -5,8 +5,8 @@
 
 use bytemuck::Zeroable;
 use contract::wire::{
-    BriefV9, CommandV3, ControlV1, DesignV1, HeartbeatV2, LeaderV1, MapPageV2, MapPatchV2, OutcomeV1,
-    PastHeaderV1, PolicyCellV1, PolicyHeaderV1, PoseV1, RecordV4, SeenCellV3, SoilMotionV1, StateV4, TempoV1,
+    BriefV10, CommandV3, ControlV1, HeartbeatV2, LeaderV1, MapPageV2, MapPatchV2, OutcomeV1, PastHeaderV1,
+    PolicyCellV1, PolicyHeaderV1, PoseV1, RecordV4, RobotV1, SeenCellV3, StateV4, TempoV1,
 };
 use contract::{Name, Refusal};
 
@@ -160,24 +160,6 @@ impl<const N: usize> Field<Vec<proto::Cell>> for [[i32; 2]; N] {
     }
 }
 
-/// Designs of fixed number; those that no robot has are left out.
-impl<const N: usize> Field<Vec<proto::Design>> for [DesignV1; N] {
-    fn to_proto(&self) -> Vec<proto::Design> {
-        self.iter().filter(|design| design.robots != 0).map(Into::into).collect()
-    }
-
-    fn from_proto(proto_value: &Vec<proto::Design>, field: &str) -> Result<Self, Refusal> {
-        if proto_value.len() > N {
-            return Err(Refusal::malformed(field, &format!("at most {N}"), proto_value.len()));
-        }
-        let mut designs = [DesignV1::zeroed(); N];
-        for (design, proto_value) in designs.iter_mut().zip(proto_value) {
-            *design = proto_value.try_into()?;
-        }
-        Ok(designs)
-    }
-}
-
 const fn size_of_field<W, F>(_: fn(W) -> F) -> usize {
     size_of::<F>()
 }
@@ -222,19 +204,19 @@ macro_rules! convert {
 }
 
 convert! {
-    SoilMotion = SoilMotionV1 { intended, stuck, sideways, flights } padding 4;
-    Design = DesignV1 {
-        robots, hard, sand, launch_angle_rad, sensor_gain, sensor_offset_m, sensor_radius_m
+    Robot = RobotV1 {
+        body, sensor, goal, required, start, heading, start_m, body_values, sensor_values, goal_values
     } padding 4;
-    Brief = BriefV9 {
-        run, scenario, scenario_hash, profile, robots, width, height, hop_cells, gradient_source, cell_size_m,
-        datum_m, start, goal, weights, payoff_goal, payoff_treasure, discount, sand_term, safety_range,
-        height_range_m, hard, sand, slope_limit_rad, launch_angle_rad, gravity_mps2, sensor_gain,
-        sensor_offset_m, sensor_radius_m, steps_max, decision_budget_ns, hazard_max, deadline_ns, hops_max,
-        goal_count, goals, leaving, distance_scale_cells, opening_steps, distance_norm, treasures,
-        cover_percent, cover_mode, scout_seed, rover_samples, helicopter_samples, further_stages,
-        required, designs
-    } padding 4;
+    Brief = BriefV10 {
+        run, scenario, scenario_hash, profile, account, width, height, hop_cells, treasures, cell_size_m, datum_m,
+        weights, payoff_goal, payoff_treasure, discount, sand_term, safety_range, height_range_m, steps_max,
+        decision_budget_ns, hazard_max, deadline_ns, leaving, distance_scale_cells, opening_steps, distance_norm,
+        further_stages, sampling_seed, rover_samples, helicopter_samples
+    } extra {
+        robots, robot_count, gradient_source, start, goal, hard, sand, slope_limit_rad, launch_angle_rad,
+        gravity_mps2, sensor_gain, sensor_offset_m, sensor_radius_m, hops_max, goal_count, goals, cover_percent,
+        required
+    };
     Leader = LeaderV1 { term, incarnation, pid, planner } padding 4;
     Pose = PoseV1 { cell, height_m };
     Outcome = OutcomeV1 {

@@ -1,9 +1,9 @@
 //! The messages of a recording, and their protobuf encoding.
 
 use contract::wire::{
-    BriefV9, CommandV3, ControlV1, HeartbeatV2, MapPageV2, MapPatchV2, PastHeaderV1, PolicyCellV1,
-    PolicyHeaderV1, RecordV4, SeenCellV3, StateV4, TempoV1, map_page_from_wire, page_from_wire,
-    patch_from_wire, policy_from_wire,
+    BriefV10, CommandV3, ControlV1, HeartbeatV2, MapPageV2, MapPatchV2, PastHeaderV1, PolicyCellV1,
+    PolicyHeaderV1, RecordV4, RobotV1, SeenCellV3, StateV4, TempoV1, brief_from_wire, map_page_from_wire,
+    page_from_wire, patch_from_wire, policy_from_wire,
 };
 use contract::{
     Brief, Command, Control, Heartbeat, MapPage, MapPatch, MonotonicNs, Pacing, PastPage, Policy, Refusal,
@@ -11,6 +11,7 @@ use contract::{
 };
 use prost::Message as _;
 
+use crate::earlier_brief;
 use crate::error::MessageError;
 use crate::proto::hopper as proto;
 use crate::{Channel, MachineLoad, SequenceGap};
@@ -81,7 +82,12 @@ impl RecordedMessage {
     #[must_use]
     pub fn encode(&self) -> Vec<u8> {
         match self {
-            RecordedMessage::Brief(brief) => proto::Brief::from(&BriefV9::from(brief)).encode_to_vec(),
+            RecordedMessage::Brief(brief) => {
+                let mut message_proto = proto::Brief::from(&BriefV10::from(brief));
+                message_proto.robots =
+                    brief.robots.iter().map(|robot| (&RobotV1::from(robot)).into()).collect();
+                message_proto.encode_to_vec()
+            }
             RecordedMessage::State(state) => proto::State::from(&StateV4::from(state)).encode_to_vec(),
             RecordedMessage::Patch(patch) => {
                 let mut message_proto = proto::MapPatch::from(&MapPatchV2::from(patch));
@@ -129,8 +135,12 @@ impl RecordedMessage {
     pub fn decode(topic: Channel, bytes: &[u8]) -> Result<Option<Self>, MessageError> {
         Ok(Some(match topic {
             Channel::Brief => {
-                let wire = BriefV9::try_from(&proto::Brief::decode(bytes)?)?;
-                RecordedMessage::Brief((&wire).try_into()?)
+                let message_proto = proto::Brief::decode(bytes)?;
+                if message_proto.robots.is_empty() {
+                    return Ok(Some(RecordedMessage::Brief(earlier_brief::read(&message_proto)?)));
+                }
+                let robots = list::<_, RobotV1>(&message_proto.robots)?;
+                RecordedMessage::Brief(brief_from_wire(&BriefV10::try_from(&message_proto)?, &robots)?)
             }
             Channel::State => {
                 let wire = StateV4::try_from(&proto::State::decode(bytes)?)?;

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use contract::{Brief, Decision, MonotonicNs, ObservedMap, State, Vetoed};
+use contract::{Brief, Decision, Leg, MonotonicNs, ObservedMap, State, Vetoed};
 use follow::Replica;
 
 use crate::RecordedMessage;
@@ -24,8 +24,10 @@ pub struct Playback {
 /// A decision that a planner had to take.
 #[derive(Clone, Copy, Debug)]
 pub struct PendingDecision<'a> {
-    /// Brief of the current leg.
-    pub brief: Brief,
+    /// Brief of the run.
+    pub brief: &'a Brief,
+    /// The leg that robot 0 flies, if it is a hopper.
+    pub leg: Option<Leg>,
     /// Observed map at the time.
     pub map: &'a ObservedMap,
     /// State at the time, with the union of all vetoes recorded for it.
@@ -44,7 +46,7 @@ impl Playback {
     pub fn on(&mut self, message: &RecordedMessage, logged: MonotonicNs) -> Option<PendingDecision<'_>> {
         match message {
             RecordedMessage::Brief(brief) => {
-                if self.brief.is_none_or(|known| known.run != brief.run) {
+                if self.brief.as_ref().is_none_or(|known| known.run != brief.run) {
                     *self = Self { brief: Some(*brief), ..Self::default() };
                     self.map.begin(brief);
                 }
@@ -65,7 +67,8 @@ impl Playback {
     }
 
     fn state(&mut self, state: State) {
-        if self.brief.is_none_or(|brief| brief.run != state.run || state.robot.0 >= brief.robots) {
+        let is_of = |brief: &Brief| brief.run == state.run && state.robot.0 < brief.robots.count();
+        if !self.brief.as_ref().is_some_and(is_of) {
             return;
         }
         let known = self.states.get(&state.decision).map_or(Vetoed::NONE, |known| known.vetoed);
@@ -85,6 +88,6 @@ impl Playback {
         }
         self.last_due = Some(due);
         self.states = self.states.split_off(&state.decision);
-        Some(PendingDecision { brief: brief.leg(state.visits), map, state })
+        Some(PendingDecision { brief, leg: brief.leg_of(ROBOT, state.visits), map, state })
     }
 }

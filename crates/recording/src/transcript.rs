@@ -147,7 +147,7 @@ impl Transcript {
     /// The run that is followed.
     #[must_use]
     pub fn run(&self) -> Option<RunId> {
-        self.brief.map(|brief| brief.run)
+        self.brief.as_ref().map(|brief| brief.run)
     }
 
     /// The last state.
@@ -300,7 +300,7 @@ impl Transcript {
     }
 
     fn brief(&mut self, brief: Brief, now: MonotonicNs) {
-        if self.brief.is_some_and(|known| known.run == brief.run) {
+        if self.brief.as_ref().is_some_and(|known| known.run == brief.run) {
             return;
         }
         self.gaps.begin();
@@ -317,12 +317,12 @@ impl Transcript {
 
     /// Whether a message belongs to the current run; only within a run are sequence numbers consecutive.
     fn is_of_run(&self, run: RunId, robot: RobotId) -> bool {
-        self.brief.is_some_and(|brief| brief.run == run && robot.0 < brief.robots)
+        self.brief.as_ref().is_some_and(|brief| brief.run == run && robot.0 < brief.robots.count())
     }
 
     fn on_state(&mut self, state: &State, now: MonotonicNs) {
-        let Some(brief) = self.brief else { return };
-        if state.run != brief.run || !state.is_news(brief.robots, self.state.as_ref()) {
+        let Some(brief) = &self.brief else { return };
+        if state.run != brief.run || !state.is_news(brief.robots.count(), self.state.as_ref()) {
             return;
         }
         let gap = self.gaps.state(state);
@@ -405,7 +405,7 @@ impl Transcript {
     }
 
     fn past_wanted(&mut self, now: MonotonicNs) -> Option<PastRequest> {
-        let (brief, state) = (self.brief?, self.state?);
+        let (brief, state) = (self.brief.as_ref()?, self.state?);
         let behind = state.decision.0.saturating_sub(self.due().0);
         let urgent = behind >= PAST_PAGE_RECORDS as u64 || state.status.is_over();
         let pause_ns = if urgent { ASK_AGAIN_NS } else { PAST_PERIOD_NS };

@@ -2,10 +2,10 @@
 
 use std::fmt;
 
-use contract::{Brief, Cell, Name, Status};
+use contract::{Account, Brief, Cell, Goal, Name, Robot, Status};
 use serde::{Deserialize, Serialize};
 
-use crate::Ending;
+use crate::{Ending, with_only_goal};
 
 /// How a mission ended. Displayed, it is one sentence.
 #[derive(Clone, Copy, Debug)]
@@ -16,7 +16,7 @@ pub(crate) struct EndSentence {
     pub steps_max: u64,
     pub cell: Cell,
     pub distance_to_goal_m: f64,
-    /// Goals visited; `None` unless the mission is a patrol.
+    /// Goals visited; `None` unless they are visited in turn.
     pub patrolled: Option<u64>,
     /// What several robots were to do; `None` for a single hopper.
     pub team: Option<TeamEffort>,
@@ -31,16 +31,21 @@ pub struct TeamEffort {
     pub actions: u64,
     /// Cells visited; `None` unless ground was to be covered.
     pub covered: Option<u64>,
-    /// Whether each robot had a task of its own.
+    /// Whether robots had goals of their own, and not one in common.
     pub is_mixed: bool,
 }
 
 impl TeamEffort {
     /// The effort of a team after so many decisions and visits; `None` if a single hopper flies.
     pub(crate) fn of(brief: &Brief, actions: u64, visits: u64) -> Option<Self> {
-        let covered = brief.cover.map(|_| visits);
-        let (robots, is_mixed) = (brief.robots, brief.mixed.is_some());
-        (!brief.is_of_hopper()).then_some(Self { robots, actions, covered, is_mixed })
+        if brief.account == Account::Hopper {
+            return None;
+        }
+        let covered = brief.cover().map(|_| visits);
+        let covers = |robot: &Robot| matches!(robot.goal, Goal::Cover(_) | Goal::LookAhead(_));
+        let is_of_rover = with_only_goal(brief).is_some_and(|(_, robot)| robot.body.drives());
+        let is_mixed = !is_of_rover && !brief.robots.iter().all(covers);
+        Some(Self { robots: brief.robots.count(), actions, covered, is_mixed })
     }
 
     /// How a mission of several robots ended.

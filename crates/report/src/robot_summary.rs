@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use contract::{Cell, Member, Name, RobotId, Standing, Status, Vehicle};
+use contract::{Body, Cell, Member, Name, Robot, RobotId, Standing, Status};
 use serde::{Deserialize, Serialize};
 
 use crate::phrases::counted;
@@ -31,12 +31,12 @@ impl RobotKind {
     }
 }
 
-impl From<Vehicle> for RobotKind {
-    fn from(vehicle: Vehicle) -> Self {
-        match vehicle {
-            Vehicle::Hopper | Vehicle::HopperTo { .. } => RobotKind::Hopper,
-            Vehicle::Rover { .. } | Vehicle::Driver { .. } => RobotKind::Rover,
-            Vehicle::Helicopter { .. } => RobotKind::Helicopter,
+impl From<Body> for RobotKind {
+    fn from(body: Body) -> Self {
+        match body {
+            Body::Hopper(_) => RobotKind::Hopper,
+            Body::Rover(_) | Body::Driver(_) => RobotKind::Rover,
+            Body::Helicopter(_) => RobotKind::Helicopter,
         }
     }
 }
@@ -59,23 +59,22 @@ pub struct RobotSummary {
 }
 
 impl RobotSummary {
-    /// Of the robot `member` after so many actions, in a mission that stands at `status`. `planner` commanded it last.
+    /// Of a robot that stands as `member` after so many actions. `planner` commanded it last; `mission` is how the mission stands, if
+    /// its goal is that of this robot.
     #[must_use]
     pub(crate) fn of(
-        (robot, member): (RobotId, &Member),
+        (number, robot): (RobotId, &Robot),
+        member: &Member,
         planner: Name,
         actions: u64,
-        (status, is_mixed): (Status, bool),
+        mission: Option<Status>,
     ) -> Self {
-        let vehicle = member.robot.vehicle;
-        // Where a hopper or a rover has the only goal, the end of its way is that of the mission.
-        let decides = !is_mixed && matches!(vehicle, Vehicle::Hopper | Vehicle::Driver { .. });
-        let standing = match (member.standing, status) {
-            (Standing::Active, Status::Goal) if decides => Standing::Done,
-            (Standing::Active, Status::Lost | Status::LeftMap) if decides => Standing::Stranded,
+        let status = match (member.standing, mission) {
+            (Standing::Active, Some(Status::Goal)) => Standing::Done,
+            (Standing::Active, Some(Status::Lost | Status::LeftMap)) => Standing::Stranded,
             (standing, _) => standing,
         };
-        Self { robot, kind: vehicle.into(), planner, actions, status: standing, cell: member.at.cell }
+        Self { robot: number, kind: robot.body.into(), planner, actions, status, cell: member.at.cell }
     }
 }
 

@@ -5,13 +5,15 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 
 use contract::{
-    Brief, Cell, Digest, Name, Profile, Record, RefusalCounts, RobotId, Role, State, Status, Team,
+    Brief, Cell, Digest, Member, Name, Profile, Record, RefusalCounts, Robot, RobotId, Role, State, Status,
+    Team,
 };
 use serde::{Deserialize, Serialize, Serializer};
 
 use crate::phrases::{EndSentence, TeamEffort, counted, planners_in_order, planners_of_team};
 use crate::{
     Ending, Executed, Fallbacks, LatencyReport, Leadership, RobotSummary, Route, Tally, guard_phrase,
+    with_only_goal,
 };
 
 /// Number of leaderships the text shows, the last ones; the JSON has all of them.
@@ -69,9 +71,9 @@ pub struct Summary {
     pub steps_max: u64,
     /// Number of treasures collected.
     pub treasures: u32,
-    /// Number of goals visited: at most 1 unless the mission is a patrol.
+    /// Number of goals visited: at most 1 unless they are visited in turn.
     pub visits: u64,
-    /// Whether the mission is a patrol.
+    /// Whether a hopper visits goals in turn.
     pub is_patrol: bool,
     /// What several robots did together; `None` if a single hopper flew.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -129,7 +131,7 @@ impl SummaryBuilder {
     /// A run of `brief` without any decision yet.
     #[must_use]
     pub fn new(brief: &Brief, seed: u64) -> Self {
-        let actions = vec![0; usize::from(brief.robots)];
+        let actions = vec![0; brief.robots.len()];
         Self { brief: *brief, seed, tally: Tally::new(brief), actions }
     }
 
@@ -168,12 +170,12 @@ impl SummaryBuilder {
             steps_max: brief.limits.steps_max,
             treasures: tally.treasures(),
             visits,
-            is_patrol: brief.patrol.is_some(),
+            is_patrol: brief.visits().is_some(),
             team: TeamEffort::of(brief, tally.due().0, visits),
             robots: team.map_or_else(Vec::new, |team| self.robots(team, over.unwrap_or(state.status))),
             coverage: None,
-            distance_to_goal_m: brief.has_common_goal().then(|| tally.distance_to_goal_m()),
-            start_to_goal_m: brief.has_common_goal().then(|| tally.start_to_goal_m()),
+            distance_to_goal_m: tally.distance_to_goal_m(),
+            start_to_goal_m: tally.start_to_goal_m(),
             cell: tally.cell(),
             stray_hops: tally.route.stray(),
             route: tally.route,
@@ -190,9 +192,13 @@ impl SummaryBuilder {
             let own = self.tally.planners.iter().rev().find(|leadership| leadership.robot == robot);
             own.map_or(Name::NONE, |leadership| leadership.name)
         };
-        let mission = (status, self.brief.mixed.is_some());
-        let members = (0..).map(RobotId).zip(team.members.iter()).zip(&self.actions);
-        members.map(|(of, actions)| RobotSummary::of(of, last_planner(of.0), *actions, mission)).collect()
+        let only = with_only_goal(&self.brief).map(|(only, _)| only);
+        let members = self.brief.robots.numbered().zip(team.members.iter()).zip(&self.actions);
+        let summary = |((robot, member), actions): (((RobotId, &Robot), &Member), &u64)| {
+            let mission = if only == Some(robot.0) { Some(status) } else { None };
+            RobotSummary::of(robot, member, last_planner(robot.0), *actions, mission)
+        };
+        members.map(summary).collect()
     }
 }
 

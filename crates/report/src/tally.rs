@@ -3,13 +3,13 @@
 use std::fmt;
 
 use contract::{
-    Branch, Brief, Cell, Collected, Decision, Digest, Grid, Leader, Name, Origin, Outcome, Patrol, Pose,
-    Range, Record, RobotId, State, Status, Task, Term, Timing, Vetoed,
+    Account, Branch, Brief, Cell, Collected, Decision, Digest, Goal, Grid, Leader, Name, Origin, Outcome,
+    Pose, Range, Record, RobotId, State, Status, Term, Timing, Vetoed,
 };
 use serde::{Deserialize, Serialize};
 
 use crate::flown_time::FlownTime;
-use crate::{Fallbacks, Latency};
+use crate::{Fallbacks, Latency, with_only_goal};
 
 /// One executed decision: the fields that both its [`Record`] and the [`State`] after it contain.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -191,14 +191,12 @@ impl Route {
 pub struct Tally {
     /// Lattice of the cells.
     pub grid: Grid,
-    /// Cell the mission started from.
+    /// Cell that robot 0 started from.
     pub start: Cell,
-    /// Goal of the mission; of a patrol the first.
-    pub goal: Cell,
-    /// Goals of the patrol; `None` for other missions.
-    pub patrol: Option<Patrol>,
-    /// Whether the route is the hopper's alone, though others act too.
-    pub is_accompanied: bool,
+    /// Goal of the only robot that has one; `None` where robots have no goal in common.
+    pub goal: Option<Goal>,
+    /// What states tell: with [`Account::Hopper`] the route is the hopper's alone, whoever else acts.
+    pub account: Account,
     /// Last decision added; `None` before the first.
     pub last: Option<Executed>,
     /// Which planner commanded which decisions.
@@ -222,10 +220,9 @@ impl Tally {
     pub fn new(brief: &Brief) -> Self {
         Self {
             grid: brief.grid,
-            start: brief.start,
-            goal: brief.goal,
-            patrol: brief.patrol,
-            is_accompanied: brief.task() == Task::Accompany,
+            start: brief.robots[0].start.cell,
+            goal: with_only_goal(brief).map(|(_, robot)| robot.goal),
+            account: brief.account,
             last: None,
             planners: Vec::new(),
             route: Route::default(),
@@ -273,22 +270,24 @@ impl Tally {
         self.last.map_or(0, |last| last.visits)
     }
 
-    /// Goal of the current leg.
+    /// Straight-line distance from the last cell to the goal in force, metres; `None` where robots have no goal in common.
     #[must_use]
-    pub fn goal(&self) -> Cell {
-        self.patrol.map_or(self.goal, |patrol| patrol.goal(self.visits()))
+    pub fn distance_to_goal_m(&self) -> Option<f64> {
+        self.distance_m(self.cell(), self.visits())
     }
 
-    /// Straight-line distance from the hopper to the goal of the current leg, metres.
+    /// Straight-line distance from start to the first goal, metres; `None` where robots have no goal in common.
     #[must_use]
-    pub fn distance_to_goal_m(&self) -> f64 {
-        self.cell().distance_cells(self.goal()) * self.grid.cell_size_m
+    pub fn start_to_goal_m(&self) -> Option<f64> {
+        self.distance_m(self.start, 0)
     }
 
-    /// Straight-line distance from start to goal, metres.
+    /// Straight-line distance from `cell` to the goal in force after so many visits, metres; `None` where robots have no goal in
+    /// common.
     #[must_use]
-    pub fn start_to_goal_m(&self) -> f64 {
-        self.start.distance_cells(self.goal) * self.grid.cell_size_m
+    pub fn distance_m(&self, cell: Cell, visits: u64) -> Option<f64> {
+        let goal = self.goal?.cell(&self.grid, visits)?;
+        Some(cell.distance_cells(goal) * self.grid.cell_size_m)
     }
 
     /// Adds the decision that is due.
@@ -298,7 +297,7 @@ impl Tally {
     pub fn fold(&mut self, executed: &Executed) {
         assert_eq!(executed.decision, self.due(), "decisions are folded in order");
         self.latency.record(&executed.timing, executed.steps.saturating_sub(self.steps()));
-        if !self.is_accompanied || executed.robot == RobotId(0) {
+        if self.account != Account::Hopper || executed.robot == RobotId(0) {
             self.route.add(executed, &self.grid);
         }
         self.flown.add(&executed.timing);

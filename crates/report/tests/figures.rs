@@ -4,9 +4,11 @@
 
 mod mission;
 
-use contract::{Action, Branch, Direction, MonotonicNs, Record, RefusalCounts, RobotId, Stage, Timing};
+use contract::{
+    Account, Action, Branch, Direction, MonotonicNs, Record, RefusalCounts, RobotId, Stage, Timing,
+};
 use hdrhistogram::Histogram;
-use mission::{Step, brief, records};
+use mission::{Step, brief, helicopter, records, with_robots};
 use report::{
     Conditions, DecisionTiming, DecisionTimings, Executed, Percentiles, SummaryBuilder, Tally,
     timing_csv_heading, timing_csv_row,
@@ -23,10 +25,11 @@ fn length_ns(decision: u64, stage: usize) -> u64 {
 /// 997 decisions of three robots, one after the other, with a reboot after the 400th.
 fn flown() -> (contract::Brief, Vec<Record>) {
     let mut brief = brief(40);
-    brief.robots = 3;
     brief.limits.decision_budget_ns = BUDGET_NS;
     let step: Step = (Action::Hop(Direction::North), Branch::Stayed);
     let mut records = records(&brief, &[step; 997], 500);
+    let robots = [brief.robots[0], helicopter(&brief), helicopter(&brief)];
+    let brief = with_robots(&brief, Account::Hopper, &robots);
     let mut clock_ns = 77_000_000_000;
     for (decision, record) in (0..).zip(&mut records) {
         record.robot = RobotId((decision % 3) as u16);

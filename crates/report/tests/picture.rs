@@ -6,10 +6,10 @@
 mod mission;
 
 use contract::{
-    Action, Branch, Brief, Cell, Cover, CoverMode, Direction, Ground, Member, ObservedMap, Placement,
-    PolicyCell, Record, Robot, RobotId, Route, Scout, Sensor, Status, Vehicle, Waypoint,
+    Account, Action, Body, Branch, Brief, Cell, Cover, Direction, Goal, Ground, ObservedMap, PolicyCell,
+    Record, Robot, RobotId, Route, Rover, Sensor, Square, Status, Waypoint,
 };
-use mission::{Step, brief, ground, policy, records};
+use mission::{Step, brief, driver, ground, helicopter, policy, records, with_robots};
 use report::{Layer, Picture, PictureGrid, PictureStyle, ReportError, TitledPicture};
 use roxmltree::Document;
 
@@ -41,7 +41,6 @@ fn svg(
         outcome: Status::Deadlock.into(),
         sensing_radius_m: Some(2.25),
         speeds: &[],
-        members: &[],
         announced: &[],
     };
     picture.svg().unwrap()
@@ -78,7 +77,6 @@ fn tiny_plate() -> String {
         outcome: Status::Underway.into(),
         sensing_radius_m: Some(2.0),
         speeds: &[],
-        members: &[],
         announced: &[],
     };
     let after = Picture { policy: Some(&policy), route: &route, sensing_radius_m: Some(2.5), ..before };
@@ -210,7 +208,6 @@ fn a_layer_that_does_not_cover_the_grid_is_refused() {
         outcome: Status::Goal.into(),
         sensing_radius_m: None,
         speeds: &[],
-        members: &[],
         announced: &[],
     };
     assert_eq!(picture.svg(), Err(ReportError::Cells { layer: "terrain", need: 16, got: 15 }));
@@ -233,7 +230,6 @@ fn a_picture_for_a_paper_is_a_column_without_title_and_with_hatched_sand() {
         outcome: Status::Deadlock.into(),
         sensing_radius_m: Some(2.25),
         speeds: &[],
-        members: &[],
         announced: &[],
     };
     let (screen, paper) =
@@ -264,7 +260,8 @@ fn a_picture_for_a_paper_is_a_column_without_title_and_with_hatched_sand() {
 /// and the flight in its own colour.
 #[test]
 fn a_picture_of_a_hopper_with_a_helicopter_shows_the_hops_and_the_flight() {
-    let brief = Brief { robots: 2, ..brief(12) };
+    let alone = brief(12);
+    let brief = with_robots(&alone, Account::Hopper, &[alone.robots[0], helicopter(&alone)]);
     let (terrain, map) = ground(&brief);
     let mut route = records(&brief, &steps(8), 4);
     for record in route.iter_mut().skip(1).step_by(2) {
@@ -288,16 +285,16 @@ struct Scouted {
     map: ObservedMap,
     route: Vec<Record>,
     announced: [Route; 2],
-    members: [Member; 2],
     speeds: Vec<[f64; 2]>,
 }
 
 impl Scouted {
     fn new() -> Self {
-        let scout = Some(Scout { seed: 1, rover_samples: 10, helicopter_samples: 10, stages: 1 });
-        let brief = Brief { robots: 2, scout, ..brief(12) };
-        let (terrain, map) = ground(&brief);
         let at = |x_m, y_m| Waypoint { x_m, y_m };
+        let alone = brief(12);
+        let robots = [driver(&alone, at(10.4, 10.6)), helicopter(&alone)];
+        let brief = with_robots(&alone, Account::Actions, &robots);
+        let (terrain, map) = ground(&brief);
         let way = |to| Route::new(vec![at(1.5, 1.5), to]).unwrap();
         let announced = [way(at(10.4, 10.6)), way(at(6.5, 2.5))];
         let [drive, flight] = [0, 1].map(|route| Action::Announce(announced[route].id()));
@@ -309,14 +306,9 @@ impl Scouted {
             record.robot = RobotId(robot);
             (record.outcome.from, record.outcome.to) = (Cell::new(1, 1), Cell::new(to.0, to.1));
         }
-        let start = Placement { cell: Cell::new(1, 1), heading: Direction::North };
-        let member = |vehicle, sensor| Member::at_start(Robot { vehicle, sensor, start });
-        let driver = Vehicle::Driver { start: at(1.5, 1.5), goal: at(10.4, 10.6), goal_radius_m: 3.0 };
-        let helicopter = Vehicle::Helicopter { start: at(1.5, 1.5), speed_mps: 5.0, budget_m: 300.0 };
-        let members = [member(driver, Sensor::Track), member(helicopter, Sensor::Camera { radius_m: 3.0 })];
         let speed = |seen: &Option<Ground>| if seen.is_some() { [200.0, 0.0] } else { [100.0, 100.0] };
         let speeds = map.cells().iter().map(speed).collect();
-        Self { brief, terrain, map, route, announced, members, speeds }
+        Self { brief, terrain, map, route, announced, speeds }
     }
 
     fn picture(&self) -> Picture<'_> {
@@ -330,7 +322,6 @@ impl Scouted {
             outcome: Status::Goal.into(),
             sensing_radius_m: None,
             speeds: &self.speeds,
-            members: &self.members,
             announced: &self.announced,
         }
     }
@@ -382,10 +373,16 @@ fn a_picture_of_uncertain_ground_shows_expected_speed_and_spread_beneath_the_rou
 /// cells were visited.
 #[test]
 fn a_picture_of_a_team_shows_each_robot_and_the_visits() {
-    let cover = Some(Cover { percent: 100, mode: CoverMode::Overlap });
-    let brief = Brief { robots: 2, cover, ..brief(12) };
+    let alone = brief(12);
+    let rover = Robot {
+        body: Body::Rover(Rover { speed_mps: 1.0 }),
+        sensor: Sensor::Square(Square { range_cells: 1 }),
+        goal: Goal::Cover(Cover::default()),
+        ..alone.robots[0]
+    };
+    let brief = with_robots(&alone, Account::ActionsWithoutWaits, &[rover, rover]);
     let (terrain, map) = ground(&brief);
-    let mut route = records(&brief, &steps(8), 4);
+    let mut route = records(&alone, &steps(8), 4);
     for (number, record) in route.iter_mut().enumerate() {
         record.robot = RobotId((number % 2) as u16);
     }

@@ -8,16 +8,15 @@ mod mission;
 use std::path::PathBuf;
 
 use contract::{
-    Action, Branch, Brief, Cell, Designs, Direction, Member, Mixed, MonotonicNs, Placement, Refusal,
-    RefusalCounts, Robot, RobotId, RobotSet, Role, RunId, Scout, Sensor, Standing, State, Status, Team,
-    Vehicle, Waypoint,
+    Account, Action, Body, Branch, Cell, Cover, Direction, Goal, Member, MonotonicNs, Placement, Refusal,
+    RefusalCounts, Robot, RobotId, Role, Rover, RunId, Sensor, Square, Standing, State, Status, Team,
+    Waypoint,
 };
-use mission::{Step, brief, records};
+use mission::{Step, brief, driver, helicopter, records, start, with_robots};
 use report::{Ending, Executed, Process, Summary, SummaryBuilder, Tally, TeamEffort};
 
 const EAST: Action = Action::Hop(Direction::East);
 const NORTH: Action = Action::Hop(Direction::North);
-const SCOUT: Scout = Scout { seed: 1, rover_samples: 9, helicopter_samples: 9, stages: 1 };
 /// From (1, 1) to the goal at (3, 3) of a world of five cells, with one of each mishap on the way.
 const STEPS: [Step; 8] = [
     (EAST, Branch::Intended),
@@ -145,26 +144,31 @@ fn each_outcome_of_several_robots_has_its_sentence() {
     }
 }
 
-/// Two hoppers, a rover with a goal and a helicopter; robot 0 has acted twice, robot 1 once.
+/// A rover with a goal, alone with helicopters or beside a hopper, a rover that covers ground and a helicopter; robot 0 has acted
+/// twice, robot 1 once.
 fn team_summary(mixed: bool, outcome: Status) -> Summary {
-    let mixed = mixed.then_some(Mixed { required: RobotSet::ALL, designs: Designs::default() });
-    let brief = Brief { robots: 4, mixed, scout: Some(SCOUT), ..brief(5) };
-    let mut records = records(&brief, &STEPS[..3], 2);
+    let alone = brief(5);
+    let mut records = records(&alone, &STEPS[..3], 2);
+    let point = Waypoint { x_m: 1.0, y_m: 1.0 };
+    let (driver, helicopter) = (driver(&alone, point), helicopter(&alone));
+    let covering = Robot {
+        body: Body::Rover(Rover { speed_mps: 1.0 }),
+        sensor: Sensor::Square(Square { range_cells: 1 }),
+        goal: Goal::Cover(Cover::default()),
+        ..driver
+    };
+    let (account, robots) = match mixed {
+        true => (Account::ActionsWithoutWaits, [driver, alone.robots[0], covering, helicopter]),
+        false => (Account::Actions, [driver, helicopter, helicopter, helicopter]),
+    };
+    let brief = with_robots(&alone, account, &robots);
     records[1].robot = RobotId(1);
     let mut builder = SummaryBuilder::new(&brief, 7);
     records.iter().for_each(|record| builder.record(record));
-    let point = Waypoint { x_m: 1.0, y_m: 1.0 };
-    let vehicles = [
-        Vehicle::Driver { start: point, goal: point, goal_radius_m: 3.0 },
-        Vehicle::HopperTo { goal: Cell::new(3, 3) },
-        Vehicle::Rover { speed_mps: 1.0 },
-        Vehicle::Helicopter { start: point, speed_mps: 5.0, budget_m: 9.0 },
-    ];
     let standings = [Standing::Active, Standing::Done, Standing::Stranded, Standing::Active];
-    let member = |(number, vehicle): (usize, Vehicle)| {
-        let start = Placement { cell: Cell::new(number as i32, 2), heading: Direction::North };
-        let robot = Robot { vehicle, sensor: Sensor::Track, start };
-        Member { standing: standings[number], ..Member::at_start(robot) }
+    let member = |(number, robot): (RobotId, &Robot)| {
+        let at = Placement { cell: Cell::new(number.0.into(), 2), heading: Direction::North };
+        Member { at, standing: standings[usize::from(number.0)], ..Member::at_start(robot) }
     };
     let state = State { status: outcome, ..state(&records) };
     let team = Team {
@@ -173,7 +177,7 @@ fn team_summary(mixed: bool, outcome: Status) -> Summary {
         digest: state.digest,
         due: RobotId(0),
         actor: Some(RobotId(0)),
-        members: vehicles.into_iter().enumerate().map(member).collect(),
+        members: brief.robots.numbered().map(member).collect(),
     };
     builder.build(&state, Some(&team), &RefusalCounts::default())
 }
@@ -203,7 +207,7 @@ fn each_of_several_robots_is_listed_in_text_and_json() {
     assert_eq!(alone.get("robots"), None, "a hopper that is alone is not listed");
 }
 
-/// Only in a mixed mission is a robot itself told to be done.
+/// Where a rover has the only goal, its end is that of the mission, whatever it is told itself.
 #[test]
 fn the_only_rover_with_a_goal_ends_as_its_mission_does() {
     for (outcome, need) in [
@@ -230,7 +234,7 @@ fn a_run_without_a_decision_is_summed_up_without_a_nan() {
     assert_eq!(summary.visits, 4, "cells in which rovers start are covered already");
     assert_eq!((summary.outcome, summary.hops, summary.steps), (Ending::Stopped, 0, 0));
     assert_eq!(summary.digest, opening.digest);
-    assert_eq!((summary.cell, summary.distance_to_goal_m), (brief.start, Some(8_f64.sqrt())));
+    assert_eq!((summary.cell, summary.distance_to_goal_m), (start(&brief), Some(8_f64.sqrt())));
     let json = serde_json::to_string(&summary).unwrap();
     assert!(!json.contains("NaN"), "{json}");
     assert_eq!(serde_json::from_str::<Summary>(&json).unwrap(), summary);
@@ -248,7 +252,7 @@ fn states_and_records_tell_the_same_tally() {
             .fold(&Executed::before(&record.state_after(brief.run, MonotonicNs(1), MonotonicNs(2))).unwrap());
     }
     assert_eq!(of_records, of_states);
-    assert_eq!((of_records.route.length_m, of_records.distance_to_goal_m()), (6.0, 0.0));
+    assert_eq!((of_records.route.length_m, of_records.distance_to_goal_m()), (6.0, Some(0.0)));
     assert_eq!(of_records.duration_s, 7.0003);
 }
 

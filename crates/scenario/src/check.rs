@@ -2,10 +2,13 @@
 
 use std::fmt;
 
-use contract::{Brief, Cover, CoverMode, Robot, Scout, Sensor, Soil, Vehicle};
+use contract::{
+    Account, Body, Brief, Camera, Cover, CoverMode, ErringCamera, Goal, Helicopter, Leg, Placement, Reach,
+    Robot, Rover, Sampling, Sensor, Soil, Square,
+};
 use serde::Serialize;
 
-use crate::{Fleet, ResolvedScenario, Warning};
+use crate::{Fault, ResolvedScenario, Warning};
 
 /// Summary of a resolved scenario. Displayed, it is text for a terminal.
 #[derive(Clone, Debug, Serialize)]
@@ -14,14 +17,15 @@ pub struct ScenarioCheck {
     pub hash: String,
     /// The brief that hopper-sim will publish.
     pub brief: Brief,
-    /// The robots, with the faults to come; absent for a single hopper.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub fleet: Option<Fleet>,
+    /// The robots that will fail; absent if none will.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub faults: Vec<Fault>,
     /// Share of cells that are sand, 0 to 1.
     pub sand_share: f64,
     /// Share of cells that are impassable, 0 to 1.
     pub impassable_share: f64,
-    /// Fewest hops over passable ground to the goal; `None` if no chain of hops leads there.
+    /// Fewest hops over passable ground to the goal of the hopper that the mission is of; `None` if no chain of hops leads there, or
+    /// there is no such hopper.
     pub hops_min: Option<u32>,
     /// Warnings; empty for a sound scenario.
     #[serde(rename = "findings")]
@@ -34,20 +38,21 @@ impl ScenarioCheck {
     pub fn of(world: &ResolvedScenario) -> Self {
         let cells = &world.terrain.cells;
         let share = |count: usize| count as f64 / cells.len() as f64;
+        let hopper = (world.brief.account == Account::Hopper).then(|| world.brief.leg(0));
         Self {
             hash: world.hash.iter().map(|byte| format!("{byte:02x}")).collect(),
             brief: world.brief,
-            fleet: world.fleet.clone(),
+            faults: world.faults.clone(),
             sand_share: share(cells.iter().filter(|ground| ground.soil == Soil::Sand).count()),
             impassable_share: share(cells.iter().filter(|ground| !ground.passable).count()),
-            hops_min: world.terrain.hops_between(world.brief.start, world.brief.goal),
+            hops_min: hopper.and_then(|leg| world.terrain.hops_between(leg.start, leg.goal)),
             warnings: world.warnings.clone(),
         }
     }
 
     /// Writes how the robot moves and senses, what the payoff weighs, and which limits apply.
-    fn write_rules(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Brief { grid, weights, payoff, priors, motion, sensor, guard, .. } = &self.brief;
+    fn write_rules(&self, leg: &Leg, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Leg { grid, weights, payoff, priors, motion, sensor, guard, .. } = leg;
         let mut line = |name: &str, value: String| write_line(f, name, &value);
         line(
             "robot",
@@ -112,13 +117,13 @@ impl ScenarioCheck {
         write_line(f, "limits", &format!("{} steps, {budget_ms} ms a decision", limits.steps_max))
     }
 
-    /// Writes what the robots of `fleet` shall do, how they move and sense, and when they fail.
-    fn write_fleet(&self, task: &str, fleet: &Fleet, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write_line(f, "mission", task)?;
-        for (number, robot) in fleet.robots.iter().enumerate() {
-            write_line(f, &format!("robot {number}"), &in_words(robot))?;
+    /// Writes what the robots shall do, how they move and sense, and when they fail.
+    fn write_robots(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write_line(f, "mission", &tasks_in_words(&self.brief))?;
+        for (number, robot) in self.brief.robots.numbered() {
+            write_line(f, &format!("robot {number}"), &in_words(robot, &self.brief))?;
         }
-        for fault in &fleet.faults {
+        for fault in &self.faults {
             let fails = format!("robot {} is stranded at its action {}", fault.robot, fault.action);
             write_line(f, "fault", &fails)?;
         }
@@ -145,32 +150,39 @@ impl fmt::Display for ScenarioCheck {
                 100.0 * self.impassable_share
             ),
         )?;
-        if !brief.is_of_hopper()
-            && let Some(fleet) = &self.fleet
-        {
-            let cover = self.brief.cover.map(cover_in_words);
-            let scout = self.brief.scout.as_ref().map(scout_in_words);
-            let mixed = self.brief.mixed.map(|mixed| {
-                let needed = mixed.required.of(brief.robots);
-                format!("tasks of their own, of which those of the robots {needed} are needed")
-            });
-            let parts: Vec<String> = [mixed, cover, scout].into_iter().flatten().collect();
-            let task = parts.join("; ");
-            self.write_fleet(&task, fleet, f)?;
+        if brief.account != Account::Hopper {
+            self.write_robots(f)?;
             return self.warnings.iter().try_for_each(|warning| writeln!(f, "warning: {warning}"));
         }
+        let leg = brief.leg(0);
         let way = self.hops_min.map_or("no way".into(), |hops| format!("{hops} hops at least"));
-        line("mission", format!("from {} to {}, {way}", brief.start, brief.goal))?;
-        if let Some(patrol) = &brief.patrol {
-            let goals: Vec<String> = patrol.goals().iter().map(ToString::to_string).collect();
-            line("patrol", format!("{} in turn, {} hops", goals.join(", "), patrol.hops_max))?;
+        line("mission", format!("from {} to {}, {way}", leg.start, leg.goal))?;
+        if let Some(visits) = brief.visits() {
+            let goals: Vec<String> = visits.goals().iter().map(ToString::to_string).collect();
+            line("patrol", format!("{} in turn, {} hops", goals.join(", "), visits.hops_max))?;
         }
-        for (number, robot) in self.fleet.iter().flat_map(|fleet| fleet.robots.iter().enumerate()) {
-            line(&format!("robot {number}"), in_words(robot))?;
+        if brief.has_team() {
+            for (number, robot) in brief.robots.numbered() {
+                line(&format!("robot {number}"), in_words(robot, brief))?;
+            }
         }
-        self.write_rules(f)?;
+        self.write_rules(&leg, f)?;
         self.warnings.iter().try_for_each(|warning| writeln!(f, "warning: {warning}"))
     }
+}
+
+/// What the robots of a mission that is not one hopper's shall do.
+fn tasks_in_words(brief: &Brief) -> String {
+    let covers = |robot: &Robot| robot.required && matches!(robot.goal, Goal::Cover(_));
+    let is_one_task = brief.account == Account::Actions || brief.robots.iter().all(covers);
+    let needed = (!is_one_task).then(|| {
+        let needed = brief.robots.those(|robot| robot.required);
+        format!("tasks of their own, of which those of the robots {needed} are needed")
+    });
+    let cover = brief.cover().map(cover_in_words);
+    let sampling = brief.sampling.as_ref().map(sampling_in_words);
+    let parts: Vec<String> = [needed, cover, sampling].into_iter().flatten().collect();
+    parts.join("; ")
 }
 
 fn cover_in_words(cover: Cover) -> String {
@@ -181,8 +193,8 @@ fn cover_in_words(cover: Cover) -> String {
     format!("cover {} % of the cells that can be reached, {mode}", cover.percent)
 }
 
-fn scout_in_words(scout: &Scout) -> String {
-    let Scout { rover_samples, helicopter_samples, stages, .. } = scout;
+fn sampling_in_words(sampling: &Sampling) -> String {
+    let Sampling { rover_samples, helicopter_samples, stages, .. } = sampling;
     let stages = match stages {
         1 => String::new(),
         stages => format!(", in {stages} stages, each but the last of a Sol of driving"),
@@ -193,25 +205,31 @@ fn scout_in_words(scout: &Scout) -> String {
     )
 }
 
-fn in_words(robot: &Robot) -> String {
-    let (cell, heading) = (robot.start.cell, robot.start.heading);
-    let body = match robot.vehicle {
-        Vehicle::Rover { speed_mps } => format!("rover at {cell} facing {heading}, {speed_mps} m/s"),
-        Vehicle::Driver { start, goal, goal_radius_m } => {
-            format!("rover from {start} to within {goal_radius_m} m of {goal}")
+fn in_words(robot: &Robot, brief: &Brief) -> String {
+    let Robot { start: Placement { cell, heading }, start_at, goal, .. } = robot;
+    let body = match robot.body {
+        Body::Rover(Rover { speed_mps }) => format!("rover at {cell} facing {heading}, {speed_mps} m/s"),
+        Body::Driver(_) => match goal {
+            Goal::Reach(Reach { at, radius_m }) => {
+                format!("rover from {start_at} to within {radius_m} m of {at}")
+            }
+            Goal::Visit(_) | Goal::Cover(_) | Goal::LookAhead(_) => format!("rover at {start_at}"),
+        },
+        Body::Helicopter(Helicopter { speed_mps, budget_m }) => {
+            format!("helicopter at {start_at}, {speed_mps} m/s, {budget_m} m of flight")
         }
-        Vehicle::Helicopter { start, speed_mps, budget_m } => {
-            format!("helicopter at {start}, {speed_mps} m/s, {budget_m} m of flight")
-        }
-        Vehicle::Hopper => format!("hopper at {cell}"),
-        Vehicle::HopperTo { goal } => format!("hopper from {cell} to {goal}"),
+        Body::Hopper(_) => match goal.cell(&brief.grid, 0) {
+            // Where the mission is that of one hopper, its goal is told with the mission.
+            Some(goal) if brief.account != Account::Hopper => format!("hopper from {cell} to {goal}"),
+            _ => format!("hopper at {cell}"),
+        },
     };
     let view = match robot.sensor {
-        Sensor::Square { range_cells } => format!("{0} x {0} cells", 2 * range_cells + 1),
-        Sensor::Track => "the cells that it drives over".into(),
-        Sensor::Camera { radius_m } => format!("{radius_m:.1} m to each side"),
-        Sensor::Disc => "a disc that grows with its height".into(),
-        Sensor::ErringCamera { radius_m, accuracy } => {
+        Sensor::Square(Square { range_cells }) => format!("{0} x {0} cells", 2 * range_cells + 1),
+        Sensor::Track(_) => "the cells that it drives over".into(),
+        Sensor::Camera(Camera { radius_m }) => format!("{radius_m:.1} m to each side"),
+        Sensor::Disc(_) => "a disc that grows with its height".into(),
+        Sensor::ErringCamera(ErringCamera { radius_m, accuracy }) => {
             format!("{radius_m:.1} m to each side, {:.1} % of the speeds right", 100.0 * accuracy)
         }
     };

@@ -8,7 +8,8 @@
 //! ```
 //! let world = scenario::load("hard")?.resolve()?;
 //! assert_eq!((world.brief.grid.width, world.brief.grid.height), (20, 20));
-//! assert!(world.terrain.hops_between(world.brief.start, world.brief.goal).is_some());
+//! let leg = world.brief.leg(0);
+//! assert!(world.terrain.hops_between(leg.start, leg.goal).is_some());
 //! # Ok::<(), scenario::ScenarioError>(())
 //! ```
 
@@ -22,7 +23,6 @@ mod difference;
 mod error;
 mod exact;
 mod fitted;
-mod fleet;
 mod guard;
 mod mission;
 mod mixed;
@@ -32,6 +32,7 @@ mod patrol;
 mod resolve;
 mod resolved;
 mod robot;
+mod robots;
 mod shape;
 pub mod text;
 mod truth;
@@ -42,7 +43,6 @@ pub use check::ScenarioCheck;
 pub use difference::{Difference, difference, hashed_difference};
 pub use error::ScenarioError;
 pub use fitted::{Fitted, fitted, fitted_to, fitted_with};
-pub use fleet::{Fault, Fleet, OwnSensor, RobotRules, VehicleKind};
 pub use guard::GuardRules;
 pub use mission::{
     DEFAULT_PROFILE, MissionBrief, MissionLimits, OpenPoints, PayoffConstants, PayoffWeights, Ranges,
@@ -52,6 +52,7 @@ pub use overrides::Overrides;
 pub use patrol::{MissionKind, MissionRules};
 pub use resolved::ResolvedScenario;
 pub use robot::{Robot, Scatter, Sensor};
+pub use robots::{Fault, OwnSensor, RobotRules, VehicleKind};
 pub use truth::{
     CellPoint, CropCells, CropMetres, ElevationFile, Gaussians, Obstacles, Passages, RandomHills,
     SandRectangle, SandRules, TerrainSource, Truth,

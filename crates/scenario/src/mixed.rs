@@ -1,34 +1,40 @@
 //! `[[robots]]` of missions of kind `mixed`: robots of any kind, each with a start and a task of its own.
 
-use contract::limits::LENGTH_MAX_M;
-use contract::limits::ROBOTS_MAX;
+use contract::limits::{DESIGNS_MAX, LENGTH_MAX_M, ROBOTS_MAX};
 use contract::{
-    Cell, CoverMode, Design, Designs, Placement, Robot, RobotId, RobotSet, Sensor, SensorParameters, Vehicle,
-    Waypoint,
+    Cell, Cover, CoverMode, Goal, Grid, MotionParameters, Placement, Robot, SensorParameters, Waypoint,
 };
 use terrain::Terrain;
 
 use crate::bounds::in_range;
-use crate::fleet::refuse;
 use crate::mobility::trip;
 use crate::robot::check_launch_angle;
-use crate::{Fleet, RobotRules, Scenario, ScenarioError, VehicleKind};
+use crate::robots::refuse;
+use crate::{RobotRules, Scenario, ScenarioError, VehicleKind};
+
+/// How a hopper hops and sees.
+#[derive(Clone, Copy)]
+pub(crate) struct Design {
+    pub motion: MotionParameters,
+    pub sensor: SensorParameters,
+}
 
 impl Scenario {
     /// The robots of a mixed mission on their terrain, checked.
-    pub(crate) fn mixed_on(&mut self, terrain: &Terrain) -> Result<Fleet, ScenarioError> {
+    pub(crate) fn mixed_on(&mut self, terrain: &Terrain, cover: Cover) -> Result<Vec<Robot>, ScenarioError> {
         if !(1..=ROBOTS_MAX).contains(&self.robots.len()) {
             let need = "1 to 16 of them, each with a start";
             return refuse("robots", need, self.robots.len().to_string());
         }
+        let common = self.design();
         let robots = self.robots.iter_mut().enumerate();
-        let robots: Vec<Robot> =
-            robots.map(|(number, rules)| rules.mixed(number, terrain)).collect::<Result<_, _>>()?;
-        let is_grounded = |number: usize| robots[number].vehicle.is_on_ground();
+        let robots = robots.map(|(number, rules)| rules.mixed(number, terrain, cover, common));
+        let robots: Vec<Robot> = robots.collect::<Result<_, _>>()?;
+        let is_grounded = |number: usize| robots[number].body.is_on_ground();
         let starts = (0..robots.len()).filter(|number| is_grounded(*number));
         check_distinct("robots.start", starts.map(|number| (number, self.robots[number].start)))?;
         check_distinct("robots.goal", (0..robots.len()).map(|number| (number, self.robots[number].goal)))?;
-        self.check_goals_are_open(&robots)?;
+        check_goals_are_open(&robots, &terrain.grid)?;
         if self.mission.mode == Some(CoverMode::Voronoi) {
             let need =
                 "overlap: a region would stay uncovered for good where its rover, or the way to it, is lost";
@@ -36,49 +42,19 @@ impl Scenario {
         }
         self.check_faults()?;
         self.check_accuracies(&robots)?;
-        if self.required() == RobotSet(0) {
+        if !robots.iter().any(|robot| robot.required) {
             return refuse("robots.required", "at least one robot that the mission needs", "none".into());
         }
-        Ok(Fleet { robots, faults: self.faults.clone() })
-    }
-
-    /// Refuses a rover that begins on the goal of a hopper and may never leave it: one that covers ground, or one whose own goal is
-    /// so near that it is done there.
-    fn check_goals_are_open(&self, robots: &[Robot]) -> Result<(), ScenarioError> {
-        for (number, robot) in robots.iter().enumerate() {
-            let is_goal = |other: &Robot| other.vehicle == Vehicle::HopperTo { goal: robot.start.cell };
-            let stays = match robot.vehicle {
-                Vehicle::Rover { .. } => true,
-                Vehicle::Driver { start, goal, goal_radius_m } => start.distance_m(goal) <= goal_radius_m,
-                _ => false,
-            };
-            if stays && let Some(hopper) = robots.iter().position(is_goal) {
-                let need = "another cell than the goal of a hopper, for a rover that covers ground or is at its goal";
-                let got = format!("{} of robot {number}, the goal of robot {hopper}", robot.start.cell);
-                return refuse("robots.start", need, got);
+        let mut designs = vec![(&common.motion, &common.sensor)];
+        for design in robots.iter().filter_map(Robot::as_hopper) {
+            if !designs.contains(&design) {
+                designs.push(design);
             }
         }
-        Ok(())
-    }
-
-    /// The robots whose tasks a mixed mission needs to be done.
-    pub(crate) fn required(&self) -> RobotSet {
-        let needs = |rules: &RobotRules| rules.required.unwrap_or(rules.vehicle != VehicleKind::Helicopter);
-        let robots = (0..).map(RobotId).zip(&self.robots).filter(|(_, rules)| needs(rules));
-        robots.map(|(robot, _)| robot).fold(RobotSet(0), RobotSet::with)
-    }
-
-    /// The designs of hoppers that hop or see otherwise than `common`, checked, with what is left out filled in. No radius may be
-    /// below `hop_m`, the length of a hop.
-    pub(crate) fn designs(&mut self, common: Design, hop_m: f64) -> Result<Designs, ScenarioError> {
-        let given = self.robots.iter_mut().enumerate();
-        let given: Vec<_> =
-            given.map(|(number, rules)| rules.design(number, common, hop_m)).collect::<Result<_, _>>()?;
-        Designs::new(given).ok_or_else(|| ScenarioError::Value {
-            field: "robots",
-            need: "hoppers of at most 4 designs beside that of [robot]",
-            got: "more".into(),
-        })
+        if designs.len() > 1 + DESIGNS_MAX {
+            return refuse("robots", "hoppers of at most 4 designs beside that of [robot]", "more".into());
+        }
+        Ok(robots)
     }
 
     /// Refuses what only robots of a mixed mission have.
@@ -114,13 +90,9 @@ impl RobotRules {
         given.into_iter().find_map(|(field, is_given)| is_given.then_some(field))
     }
 
-    /// How this hopper hops and sees, if it is another way than `common`.
-    fn design(&mut self, number: usize, common: Design, hop_m: f64) -> Result<Option<Design>, ScenarioError> {
-        let Some(given) = self.given_design() else { return Ok(None) };
-        if self.vehicle != VehicleKind::Hopper {
-            let got = format!("{given} of robot {number}, a {}", self.vehicle.name());
-            return refuse("robots", "vehicle = \"hopper\" for launch_angle_deg, hard, sand and sensor", got);
-        }
+    /// How this hopper hops and sees, checked: as `common`, but for what is given. No radius may be below `hop_m`, the length of a
+    /// hop.
+    fn design(&mut self, number: usize, common: Design, hop_m: f64) -> Result<Design, ScenarioError> {
         let Design { mut motion, mut sensor } = common;
         if let Some(launch_angle_deg) = self.launch_angle_deg {
             check_launch_angle("robots.launch_angle_deg", launch_angle_deg)
@@ -149,14 +121,25 @@ impl RobotRules {
             }
             check_sensor(&sensor).map_err(|error| error.of_robot(number))?;
         }
-        let design = Design { motion, sensor };
-        Ok((design != common).then_some(design))
+        Ok(Design { motion, sensor })
     }
 
     /// The robot of these rules in a mixed mission, with the defaults of a helicopter filled in.
-    fn mixed(&mut self, number: usize, terrain: &Terrain) -> Result<Robot, ScenarioError> {
+    fn mixed(
+        &mut self,
+        number: usize,
+        terrain: &Terrain,
+        cover: Cover,
+        common: Design,
+    ) -> Result<Robot, ScenarioError> {
+        let grid = &terrain.grid;
         let cell = place("robots.start", number, self.start, terrain)?;
-        let start = Placement { cell, heading: self.heading };
+        if self.vehicle != VehicleKind::Hopper
+            && let Some(given) = self.given_design()
+        {
+            let got = format!("{given} of robot {number}, a {}", self.vehicle.name());
+            return refuse("robots", "vehicle = \"hopper\" for launch_angle_deg, hard, sand and sensor", got);
+        }
         match (self.vehicle, self.goal) {
             (VehicleKind::Hopper, _) => {
                 self.check_hopping(number)?;
@@ -167,11 +150,16 @@ impl RobotRules {
                         return refuse(field, "ground on which a hopper survives landing", got);
                     }
                 }
-                if cell == goal || !terrain.grid.on_same_lattice(cell, goal) {
+                if cell == goal || !grid.on_same_lattice(cell, goal) {
                     let need = "another cell than its start, whole hops away";
                     return refuse("robots.goal", need, format!("{goal} for robot {number} at {cell}"));
                 }
-                Ok(Robot { vehicle: Vehicle::HopperTo { goal }, sensor: Sensor::Disc, start })
+                let Design { motion, sensor } = self.design(number, common, grid.hop_distance_m())?;
+                Ok(Robot {
+                    start: Placement { cell, heading: self.heading },
+                    required: self.is_required(),
+                    ..Robot::hopper(grid, motion, sensor, [cell, goal])
+                })
             }
             (VehicleKind::Rover, Some(_)) => {
                 self.check_driving(number)?;
@@ -181,17 +169,11 @@ impl RobotRules {
                 }
                 let trip =
                     trip(terrain, [self.start, self.goal], ["robots.start", "robots.goal"], Some(number))?;
-                let point = |x_m, y_m| Waypoint { x_m, y_m };
-                let vehicle = Vehicle::Driver {
-                    start: point(trip.start.x_m, trip.start.y_m),
-                    goal: point(trip.goal.at.x_m, trip.goal.at.y_m),
-                    goal_radius_m: trip.goal.radius_m,
-                };
-                Ok(Robot { vehicle, sensor: Sensor::Track, start })
+                Ok(self.driving(&trip, grid))
             }
             (VehicleKind::Rover, None) => {
                 self.check_covering(number, terrain)?;
-                Ok(self.covering())
+                Ok(self.covering(grid, cover))
             }
             (VehicleKind::Helicopter, Some([x, y])) => refuse(
                 "robots.goal",
@@ -207,11 +189,29 @@ impl RobotRules {
                 let need = "none on ground without speeds: a camera errs in the speeds of uncertain ground";
                 refuse("robots.accuracy", need, format!("one for robot {number}"))
             }
-            (VehicleKind::Helicopter, None) => {
-                self.flying(number, Waypoint::middle_of(&terrain.grid, cell), cell)
-            }
+            (VehicleKind::Helicopter, None) => self.flying(number, Waypoint::middle_of(grid, cell), cell),
         }
     }
+}
+
+/// Refuses a rover that begins on the goal of a hopper and may never leave it: one that covers ground, or one whose own goal is so
+/// near that it is done there.
+fn check_goals_are_open(robots: &[Robot], grid: &Grid) -> Result<(), ScenarioError> {
+    for (number, robot) in robots.iter().enumerate() {
+        let is_goal = |other: &Robot| other.body.hops() && other.goal.cell(grid, 0) == Some(robot.start.cell);
+        let stays = match robot.goal {
+            Goal::Cover(_) => true,
+            Goal::Reach(goal) => robot.body.drives() && robot.start_at.distance_m(goal.at) <= goal.radius_m,
+            Goal::Visit(_) | Goal::LookAhead(_) => false,
+        };
+        if stays && let Some(hopper) = robots.iter().position(is_goal) {
+            let need =
+                "another cell than the goal of a hopper, for a rover that covers ground or is at its goal";
+            let got = format!("{} of robot {number}, the goal of robot {hopper}", robot.start.cell);
+            return refuse("robots.start", need, got);
+        }
+    }
+    Ok(())
 }
 
 /// A cell of the map that is given.

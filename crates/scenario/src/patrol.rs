@@ -2,7 +2,7 @@
 //! has a task of its own.
 
 use contract::limits::{DECISIONS_MAX, SAMPLES_MAX};
-use contract::{Cell, Cover, CoverMode, Patrol, Scout};
+use contract::{Cell, Cover, CoverMode, Sampling, Visit};
 #[cfg(test)]
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -62,6 +62,11 @@ pub struct MissionRules {
 }
 
 impl MissionRules {
+    /// Whether the mission is that of one hopper, alone or with helicopters.
+    pub(crate) fn is_of_hopper(&self) -> bool {
+        matches!(self.kind, MissionKind::Reach | MissionKind::Patrol)
+    }
+
     pub(crate) fn is_cover(&self) -> bool {
         self.kind == MissionKind::Cover
     }
@@ -76,12 +81,12 @@ impl MissionRules {
 
     /// What planners of routes are given, with the defaults filled in; `None` where no rover drives to a goal. `seed` is
     /// theirs.
-    pub(crate) fn resolve_scout(
+    pub(crate) fn resolve_sampling(
         &mut self,
         drives: bool,
         flies: bool,
         seed: u64,
-    ) -> Result<Option<Scout>, ScenarioError> {
+    ) -> Result<Option<Sampling>, ScenarioError> {
         let refuse = |field, need, got: u32| Err(ScenarioError::Value { field, need, got: got.to_string() });
         let stages = self.stages.unwrap_or(1);
         if !self.is_scout() && self.stages.is_some() {
@@ -97,7 +102,7 @@ impl MissionRules {
                 }
             };
         }
-        if !(1..=Scout::STAGES_MAX).contains(&stages) {
+        if !(1..=Sampling::STAGES_MAX).contains(&stages) {
             return refuse("mission.stages", "1 to 64", stages);
         }
         if stages > 1 && !flies {
@@ -120,7 +125,7 @@ impl MissionRules {
                 return refuse(field, "1 to 1000000", samples);
             }
         }
-        Ok(Some(Scout { seed, rover_samples, helicopter_samples, stages }))
+        Ok(Some(Sampling { seed, rover_samples, helicopter_samples, stages }))
     }
 
     /// Whether the section is absent or empty, so that it is left out of the canonical text.
@@ -128,11 +133,11 @@ impl MissionRules {
         *self == Self::default()
     }
 
-    /// What is to be covered, with the defaults filled in; `None` where no rover covers ground.
-    pub(crate) fn resolve_cover(&mut self, covers: bool) -> Result<Option<Cover>, ScenarioError> {
+    /// What is to be covered, with the defaults filled in; where no rover covers ground, the default.
+    pub(crate) fn resolve_cover(&mut self, covers: bool) -> Result<Cover, ScenarioError> {
         if !covers {
             return match self.percent.is_some() || self.mode.is_some() {
-                false => Ok(None),
+                false => Ok(Cover::default()),
                 true => {
                     let need = "rovers that cover ground, for percent or mode: mission.kind = \"cover\", or \"mixed\" with a rover without goal";
                     Err(ScenarioError::Value { field: "mission.kind", need, got: "another".into() })
@@ -144,12 +149,12 @@ impl MissionRules {
             let (field, need) = ("mission.percent", "1 to 100 %");
             return Err(ScenarioError::Value { field, need, got: percent.to_string() });
         }
-        Ok(Some(Cover { percent, mode: *self.mode.get_or_insert_default() }))
+        Ok(Cover { percent, mode: *self.mode.get_or_insert_default() })
     }
 
-    /// The patrol whose first goal is `first`, with the default of `hops_max` filled in; `None` if the mission
-    /// is no patrol.
-    pub(crate) fn resolve(&mut self, first: Cell) -> Result<Option<Patrol>, ScenarioError> {
+    /// The visits of a patrol whose first goal is `first`, with the default of `hops_max` filled in; `None` if the mission is no
+    /// patrol.
+    pub(crate) fn resolve_visits(&mut self, first: Cell) -> Result<Option<Visit>, ScenarioError> {
         let refuse = |field, need, got| Err(ScenarioError::Value { field, need, got });
         if self.kind != MissionKind::Patrol {
             if self.goals.is_empty() && self.hops_max.is_none() {
@@ -163,8 +168,8 @@ impl MissionRules {
         }
         let mut goals = vec![first];
         goals.extend(self.goals.iter().map(|&[x, y]| Cell::new(x, y)));
-        match Patrol::new(&goals, hops_max) {
-            Some(patrol) => Ok(Some(patrol)),
+        match Visit::new(&goals, hops_max) {
+            Some(visits) => Ok(Some(visits)),
             None => {
                 let need = "1 to 15 cells, each different from the one before it, the first and the last different from brief.goal";
                 refuse("mission.goals", need, format!("{:?}", self.goals))

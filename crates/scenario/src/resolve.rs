@@ -4,10 +4,10 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use contract::limits::{DECISIONS_MAX, TREASURES_MAX};
-use contract::wire::{BriefV9, GroundV2};
+use contract::wire::{BriefV10, GroundV2, RobotV1, brief_from_wire};
 use contract::{
-    Brief, Cell, Design, DriveSpeed, GradientSource, Grid, Ground, Limits, Mixed, MotionParameters, Name,
-    Payoff, Priors, Profile, Range, RunId, SensorParameters, SoilMotion, SpeedPrior, Vehicle, Weights,
+    Account, Body, Brief, Cell, DriveSpeed, GradientSource, Grid, Ground, Limits, MotionParameters, Name,
+    Payoff, Priors, Profile, Range, Robots, RunId, SensorParameters, SoilMotion, SpeedPrior, Weights,
 };
 use helicopter::Sensor;
 use rover::Speed;
@@ -16,12 +16,14 @@ use sha2::{Digest as _, Sha256};
 use terrain::{Rectangle, Relief, Sand, Terrain, TerrainError};
 
 use crate::bounds::in_range;
+use crate::mixed::Design;
 use crate::mobility::trip;
 use crate::resolved::{ResolvedScenario, canonical, hash};
 use crate::shape::{Shaped, grid};
 use crate::truth::Mobility;
 use crate::{
-    Fleet, MissionBrief, Passages, Robot, Scatter, Scenario, ScenarioError, Surveyed, TerrainSource, Warning,
+    MissionBrief, MissionKind, Passages, Robot, Scatter, Scenario, ScenarioError, Surveyed, TerrainSource,
+    Warning,
 };
 
 /// Most rectangles of sand: every cell is tested against each.
@@ -53,16 +55,18 @@ impl Scenario {
         resolved.resolve_sensor(&terrain.grid)?;
 
         let unused = resolved.brief.profile == Profile::Paper2023 && !resolved.guard.is_empty();
-        let fleet = resolved.fleet_on(&terrain, trip.as_ref())?;
-        resolved.add_readings(fleet.as_ref(), &mut terrain);
-        let mut brief = resolved.brief_on(&terrain, fleet.as_ref())?;
-        if brief.is_of_hopper() {
+        let robots = resolved.robots_on(&terrain, trip.as_ref())?;
+        resolved.add_readings(&robots, &mut terrain);
+        let mut brief = resolved.brief_on(&terrain, &robots)?;
+        if brief.account == Account::Hopper {
             check_cells(&brief, &terrain, &shaped.relief)?;
         }
-        terrain.treasures = resolved.treasures_on(&brief, fleet.as_ref(), &terrain)?;
+        terrain.treasures = resolved.treasures_on(&brief, &terrain)?;
         brief.priors.treasures = terrain.treasures.len() as u32;
+        resolved.check_hopper(&terrain.grid)?;
         // The wire messages check every bound that applies to scenarios too.
-        brief = Brief::try_from(&BriefV9::from(&brief)).map_err(ScenarioError::Brief)?;
+        let robots: Vec<RobotV1> = brief.robots.iter().map(RobotV1::from).collect();
+        brief = brief_from_wire(&BriefV10::from(&brief), &robots).map_err(ScenarioError::Brief)?;
         for ground in &terrain.cells {
             Ground::try_from(&GroundV2::from(ground)).map_err(ScenarioError::Brief)?;
         }
@@ -76,7 +80,7 @@ impl Scenario {
                 .chain(shaped.warnings.take())
                 .collect(),
             planners: resolved.planners()?,
-            fleet,
+            faults: resolved.faults,
             terrain: Arc::new(terrain),
             brief,
         })
@@ -118,7 +122,7 @@ impl Scenario {
         let has_hoppers = if self.mission.is_mixed() {
             self.robots.iter().any(|rules| rules.vehicle == crate::VehicleKind::Hopper)
         } else {
-            !self.mission.is_cover() && !self.mission.is_scout()
+            self.mission.is_of_hopper()
         };
         let hops_m = has_hoppers.then_some(hop_distance_m);
         match &mut self.truth.terrain {
@@ -202,21 +206,16 @@ impl Scenario {
 
     /// The treasures in index order, checked: each cell once, on passable ground of the lattice of a hopper, neither start nor goal of
     /// any.
-    fn treasures_on(
-        &mut self,
-        brief: &Brief,
-        fleet: Option<&Fleet>,
-        terrain: &Terrain,
-    ) -> Result<Vec<Cell>, ScenarioError> {
+    fn treasures_on(&mut self, brief: &Brief, terrain: &Terrain) -> Result<Vec<Cell>, ScenarioError> {
         let refuse = |need, got: String| Err(ScenarioError::Value { field: "truth.treasures", need, got });
         let grid = &brief.grid;
-        let of_hopper = |robot: &contract::Robot| match robot.vehicle {
-            Vehicle::HopperTo { goal } => Some([robot.start.cell, goal]),
-            _ => None,
+        let way = |robot: &contract::Robot| {
+            [robot.start.cell, robot.goal.cell(grid, 0).unwrap_or(robot.start.cell)]
         };
-        let ways: Vec<[Cell; 2]> = match fleet {
-            Some(fleet) if brief.mixed.is_some() => fleet.robots.iter().filter_map(of_hopper).collect(),
-            _ => vec![[brief.start, brief.goal]],
+        let ways: Vec<[Cell; 2]> = if self.mission.is_mixed() {
+            brief.robots.iter().filter(|robot| robot.body.hops()).map(way).collect()
+        } else {
+            brief.robots.iter().find(|robot| robot.required).map(way).into_iter().collect()
         };
         let given = &mut self.truth.treasures;
         if given.len() > TREASURES_MAX {
@@ -232,7 +231,7 @@ impl Scenario {
                 return refuse("cells on the map", cell.to_string());
             };
             let is_end = ways.iter().any(|way| way.contains(&cell));
-            if is_end || brief.patrol.is_some_and(|patrol| patrol.goals().contains(&cell)) {
+            if is_end || brief.visits().is_some_and(|visits| visits.goals().contains(&cell)) {
                 return refuse("cells other than start and goal", cell.to_string());
             }
             if !ground.passable {
@@ -277,9 +276,8 @@ impl Scenario {
     }
 
     /// Writes into `terrain` what the helicopters that err read of each cell, if there are any.
-    fn add_readings(&self, fleet: Option<&Fleet>, terrain: &mut Terrain) {
-        let mut accuracies =
-            fleet.into_iter().flat_map(|fleet| &fleet.robots).filter_map(|robot| robot.sensor.accuracy());
+    fn add_readings(&self, robots: &[contract::Robot], terrain: &mut Terrain) {
+        let mut accuracies = robots.iter().filter_map(|robot| robot.sensor.accuracy());
         let camera = accuracies.next().and_then(|accuracy| Sensor::with_accuracy(accuracy).ok());
         let Some((camera, seed)) = camera.zip(self.ground_seed()) else { return };
         let speed = |ground: &Ground| ground.speed.map_or(Speed::Zero, scout_world::speed);
@@ -344,17 +342,9 @@ impl Scenario {
 
     /// The brief; its scenario hash is filled in by the caller.
     // Long: every field of the brief.
-    fn brief_on(&mut self, terrain: &Terrain, fleet: Option<&Fleet>) -> Result<Brief, ScenarioError> {
+    fn brief_on(&mut self, terrain: &Terrain, robots: &[contract::Robot]) -> Result<Brief, ScenarioError> {
         let datum_m = self.datum_m();
-        let (start, goal) = self.ends(fleet)?;
         let planner_seed = self.planner_seed();
-        let common = self.design();
-        let mixed = if self.mission.is_mixed() {
-            let designs = self.designs(common, terrain.grid.hop_distance_m())?;
-            Some(Mixed { required: self.required(), designs })
-        } else {
-            None
-        };
         let Self { brief: mission, limits, guard, mission: rules, .. } = self;
         let name: Name = mission.name.get_or_insert_with(|| "scenario".into()).parse()?;
         let budget_ms = limits.decision_budget_ms;
@@ -363,22 +353,15 @@ impl Scenario {
             Surveyed::Given([min, max]) => Range { min, max },
             Surveyed::Survey(_) => Range { min: 0.0, max: 0.0 },
         };
-        let covers = has(fleet, |vehicle| matches!(vehicle, Vehicle::Rover { .. }));
-        let drives = has(fleet, |vehicle| matches!(vehicle, Vehicle::Driver { .. }));
-        let flies = has(fleet, |vehicle| matches!(vehicle, Vehicle::Helicopter { .. }));
-        let patrol = rules.resolve(goal)?;
-        let cover = rules.resolve_cover(covers)?;
+        let drives = robots.iter().any(|robot| robot.body.drives());
+        let flies = robots.iter().any(|robot| matches!(robot.body, Body::Helicopter(_)));
         Ok(Brief {
             run: RunId(0),
             scenario: name,
             scenario_hash: [0; 32],
             profile: mission.profile,
-            robots: fleet.map_or(1, |fleet| fleet.robots.len() as u16),
             grid: terrain.grid,
             datum_m,
-            start,
-            goal,
-            patrol,
             weights: Weights {
                 safety: mission.weights.safety,
                 information: mission.weights.information,
@@ -396,24 +379,25 @@ impl Scenario {
                 // Counted once they are checked.
                 treasures: 0,
             },
-            motion: common.motion,
-            sensor: common.sensor,
             limits: Limits {
-                steps_max: if patrol.is_some() { DECISIONS_MAX } else { limits.steps_max },
+                steps_max: if rules.kind == MissionKind::Patrol { DECISIONS_MAX } else { limits.steps_max },
                 decision_budget_ns: limits.decision_budget_ns(),
             },
             guard: guard.resolve(mission.profile)?,
             reading: mission.reading.resolve(mission.profile)?,
-            cover,
-            scout: rules.resolve_scout(drives, flies, planner_seed)?,
-            mixed,
+            account: match rules.kind {
+                MissionKind::Reach | MissionKind::Patrol => Account::Hopper,
+                MissionKind::Scout => Account::Actions,
+                MissionKind::Cover | MissionKind::Mixed => Account::ActionsWithoutWaits,
+            },
+            sampling: rules.resolve_sampling(drives, flies, planner_seed)?,
+            robots: Robots::new(robots).expect("1 to 16 robots, as was checked"),
         })
     }
 
     /// How hoppers hop and see by `[robot]`.
-    fn design(&self) -> Design {
+    pub(crate) fn design(&self) -> Design {
         let Robot { hard, sand, slope_limit_deg, launch_angle_deg, gravity_mps2, sensor, .. } = self.robot;
-        let has_hoppers = !self.mission.is_cover() && !self.mission.is_scout();
         Design {
             motion: MotionParameters {
                 hard: hard.into(),
@@ -427,26 +411,32 @@ impl Scenario {
                 offset_m: sensor.offset_m,
                 radius_min_m: sensor.radius_min_m.unwrap_or_default(),
                 radius_max_m: sensor.radius_max_m.unwrap_or_default(),
-                gradient: match sensor.gradient {
-                    Some(gradient) if has_hoppers => gradient,
-                    _ => GradientSource::Measured,
-                },
+                gradient: sensor.gradient.unwrap_or_default(),
             },
         }
     }
 
-    /// Start and goal of the hopper, with helicopters or without. Where rovers cover ground the first one's start stands for both; where a rover drives
-    /// to a goal, the cells of both; where each robot has its own, the first one's start and the last one's goal.
-    fn ends(&self, fleet: Option<&Fleet>) -> Result<(Cell, Cell), ScenarioError> {
-        let MissionBrief { start, goal, .. } = &self.brief;
+    /// Checks the hopper of `[robot]`, whether the mission has one or not.
+    fn check_hopper(&self, grid: &Grid) -> Result<(), ScenarioError> {
+        let Design { motion, sensor } = self.design();
+        let hopper = contract::Robot::hopper(grid, motion, sensor, [Cell::default(); 2]);
+        contract::Robot::try_from(&RobotV1::from(&hopper)).map_err(ScenarioError::Brief)?;
+        Ok(())
+    }
+
+    /// Start and goal of the hopper that the mission is of.
+    pub(crate) fn ends(&self) -> Result<[Cell; 2], ScenarioError> {
         let given = |field, cell: Option<[i32; 2]>| match cell {
             Some([x, y]) => Ok(Cell::new(x, y)),
             None => Err(ScenarioError::Value { field, need: "a cell (x, y)", got: "nothing".into() }),
         };
-        let first = fleet.and_then(|fleet| fleet.robots.first());
-        let Some(first) = first.filter(|first| first.vehicle != Vehicle::Hopper) else {
-            return Ok((given("brief.start", *start)?, given("brief.goal", *goal)?));
-        };
+        Ok([given("brief.start", self.brief.start)?, given("brief.goal", self.brief.goal)?])
+    }
+
+    /// Refuses start and goal of a hopper where the mission is none of one hopper; those of a rover on ground of the user's own may be
+    /// given.
+    pub(crate) fn check_no_ends(&self) -> Result<(), ScenarioError> {
+        let MissionBrief { start, goal, .. } = &self.brief;
         let has_own = self.truth.mobility.is_none() || self.mission.is_mixed();
         let is_given = has_own && (start.is_some() || goal.is_some());
         if is_given {
@@ -454,13 +444,7 @@ impl Scenario {
                 ("brief.start, brief.goal", "neither: robots have starts, and no goal of the hopper's");
             return Err(ScenarioError::Value { field, need, got: "one of them".into() });
         }
-        let mut goals =
-            fleet.into_iter().flat_map(|fleet| &fleet.robots).filter_map(|robot| match robot.vehicle {
-                Vehicle::Driver { goal, .. } => Some(Cell::new(goal.x_m as i32, goal.y_m as i32)),
-                Vehicle::HopperTo { goal } => Some(goal),
-                Vehicle::Rover { .. } | Vehicle::Helicopter { .. } | Vehicle::Hopper => None,
-            });
-        Ok((first.start.cell, goals.next_back().unwrap_or(first.start.cell)))
+        Ok(())
     }
 }
 
@@ -473,10 +457,11 @@ impl From<Scatter> for SoilMotion {
 
 /// Checks that start and goals lie on the map, on passable ground, whole hops apart.
 fn check_cells(brief: &Brief, terrain: &Terrain, relief: &Relief) -> Result<(), ScenarioError> {
-    let grid = &terrain.grid;
-    let goals = brief.patrol.map_or_else(|| vec![brief.goal], |patrol| patrol.goals().to_vec());
+    let (grid, leg) = (&terrain.grid, brief.leg(0));
+    let start = leg.start;
+    let goals = brief.visits().map_or_else(|| vec![leg.goal], |visits| visits.goals().to_vec());
     let cells = goals.iter().map(|&goal| ("goal", goal));
-    for (which, got) in std::iter::once(("start", brief.start)).chain(cells) {
+    for (which, got) in std::iter::once(("start", start)).chain(cells) {
         let Some(ground) = terrain.ground(got) else {
             return Err(ScenarioError::OffMap { which, last: grid.cell(grid.cells() - 1), got });
         };
@@ -496,12 +481,9 @@ fn check_cells(brief: &Brief, terrain: &Terrain, relief: &Relief) -> Result<(), 
             return Err(ScenarioError::Impassable { which, got, why, nearby });
         }
     }
-    match goals.into_iter().find(|&goal| !grid.on_same_lattice(brief.start, goal)) {
+    match goals.into_iter().find(|&goal| !grid.on_same_lattice(start, goal)) {
         None => Ok(()),
-        Some(goal) => {
-            let start = brief.start;
-            Err(ScenarioError::OffLattice { hop_cells: grid.hop_cells, start, goal })
-        }
+        Some(goal) => Err(ScenarioError::OffLattice { hop_cells: grid.hop_cells, start, goal }),
     }
 }
 
@@ -512,16 +494,12 @@ fn close_where_none_drives(terrain: &mut Terrain) {
     }
 }
 
-/// Whether there is such a robot.
-fn has(fleet: Option<&Fleet>, is: impl Fn(&Vehicle) -> bool) -> bool {
-    fleet.is_some_and(|fleet| fleet.robots.iter().any(|robot| is(&robot.vehicle)))
-}
-
 fn warnings(brief: &Brief, terrain: &Terrain) -> Vec<Warning> {
-    if !brief.is_of_hopper() {
+    if brief.account != Account::Hopper {
         return Vec::new();
     }
-    let (start, goal, steps_max) = (brief.start, brief.goal, brief.limits.steps_max);
+    let leg = brief.leg(0);
+    let (start, goal, steps_max) = (leg.start, leg.goal, brief.limits.steps_max);
     match terrain.hops_between(start, goal) {
         None => vec![Warning::Unreachable { start, goal }],
         Some(0) => vec![Warning::StartIsGoal { start }],

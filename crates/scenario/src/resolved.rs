@@ -2,11 +2,11 @@
 
 use std::sync::Arc;
 
-use contract::{Brief, Name, Vehicle};
+use contract::{Brief, Name};
 use sha2::{Digest as _, Sha256};
 use terrain::Terrain;
 
-use crate::{Fleet, Scenario, TerrainSource, Warning};
+use crate::{Fault, Scenario, TerrainSource, Warning};
 
 /// A scenario with its terrain built, every default filled in, and checked: with the seed of the hops it
 /// determines a mission.
@@ -16,8 +16,8 @@ pub struct ResolvedScenario {
     pub terrain: Arc<Terrain>,
     /// The brief that hopper-sim publishes; `run` is zero until hopper-sim draws one.
     pub brief: Brief,
-    /// The robots, if the mission is not a single hopper's.
-    pub fleet: Option<Fleet>,
+    /// The robots that will fail. Part of the truth: only hopper-sim knows them. At most one for each robot.
+    pub faults: Vec<Fault>,
     /// The planner that each robot names, if it names one.
     pub planners: Vec<Option<Name>>,
     /// Canonical TOML with every default filled in and file paths absolute; it resolves to the same value.
@@ -30,17 +30,6 @@ pub struct ResolvedScenario {
     pub hash: [u8; 32],
     /// Warnings; empty for a sound scenario.
     pub warnings: Vec<Warning>,
-}
-
-impl ResolvedScenario {
-    /// The vehicle of each robot, in the order of their numbers; a single `None` for a hopper that is alone.
-    #[must_use]
-    pub fn vehicles(&self) -> Vec<Option<Vehicle>> {
-        match &self.fleet {
-            Some(fleet) => fleet.robots.iter().map(|robot| Some(robot.vehicle)).collect(),
-            None => vec![None],
-        }
-    }
 }
 
 /// The canonical text of a scenario whose defaults are filled in.

@@ -1,6 +1,6 @@
 //! What a drive takes on the true ground, and what sensors see along a way.
 
-use contract::{DriveSpeed, Grid, Ground, Sensor, Waypoint};
+use contract::{Camera, DriveSpeed, ErringCamera, Grid, Ground, Sensor, Waypoint};
 use helicopter::Swath;
 use rover::{
     Allowance, Drive, Lattice, LatticeError, Point, Segment, Speed, Surface, SurfaceError, Truth, drive,
@@ -72,15 +72,15 @@ impl TrueGround {
     #[must_use]
     pub fn seen(&self, sensor: Sensor, from: Waypoint, to: Waypoint) -> Vec<usize> {
         let mut cells: Vec<usize> = match sensor {
-            Sensor::Camera { radius_m } | Sensor::ErringCamera { radius_m, .. } => {
+            Sensor::Camera(Camera { radius_m }) | Sensor::ErringCamera(ErringCamera { radius_m, .. }) => {
                 // The lattice is in cells.
                 let scaled = |at: Waypoint| Point::new(at.x_m / self.cell_size_m, at.y_m / self.cell_size_m);
                 let leg = Segment { from: scaled(from), to: scaled(to) };
                 Swath::new(self.lattice(), leg, radius_m / self.cell_size_m).cells(self.lattice()).collect()
             }
-            Sensor::Track | Sensor::Square { .. } => self.drive(from, to, Allowance::UNLIMITED).sensed,
+            Sensor::Track(_) | Sensor::Square(_) => self.drive(from, to, Allowance::UNLIMITED).sensed,
             // It sees where it stands, not along a way.
-            Sensor::Disc => Vec::new(),
+            Sensor::Disc(_) => Vec::new(),
         };
         cells.sort_unstable();
         cells.dedup();
@@ -106,6 +106,8 @@ pub fn drive_speed(speed: Speed) -> DriveSpeed {
 
 #[cfg(test)]
 mod tests {
+    use contract::Track;
+
     use super::*;
 
     fn ground() -> TrueGround {
@@ -124,9 +126,12 @@ mod tests {
     #[test]
     fn a_rover_sees_its_track_with_the_cell_that_stops_it_and_a_camera_sees_beyond() {
         let ground = ground();
-        assert_eq!(ground.seen(Sensor::Track, at(0.5), at(5.5)), [0, 1, 2, 3]);
-        assert_eq!(ground.seen(Sensor::Track, at(2.5), at(0.5)), [0, 1, 2]);
-        assert_eq!(ground.seen(Sensor::Camera { radius_m: 1.0 }, at(2.5), at(3.5)), [1, 2, 3, 4, 8, 9]);
+        assert_eq!(ground.seen(Sensor::Track(Track {}), at(0.5), at(5.5)), [0, 1, 2, 3]);
+        assert_eq!(ground.seen(Sensor::Track(Track {}), at(2.5), at(0.5)), [0, 1, 2]);
+        assert_eq!(
+            ground.seen(Sensor::Camera(Camera { radius_m: 1.0 }), at(2.5), at(3.5)),
+            [1, 2, 3, 4, 8, 9]
+        );
         // A metre at 50 m/Sol.
         let allowance = Allowance { used_sol: 0.5, limit_sol: 0.52 };
         assert_eq!(ground.drive(at(0.5), at(5.5), allowance).sensed, [0, 1]);
@@ -137,7 +142,10 @@ mod tests {
         let grid = Grid::new(6, 2, 0.5, 2).unwrap();
         let ground = TrueGround::new(grid, &[Ground::FLAT; 12]).unwrap();
         let middle = |x| Waypoint::middle_of(&grid, contract::Cell::new(x, 0));
-        assert_eq!(ground.seen(Sensor::Camera { radius_m: 0.5 }, middle(2), middle(3)), [1, 2, 3, 4, 8, 9]);
+        assert_eq!(
+            ground.seen(Sensor::Camera(Camera { radius_m: 0.5 }), middle(2), middle(3)),
+            [1, 2, 3, 4, 8, 9]
+        );
     }
 
     #[test]

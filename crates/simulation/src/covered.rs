@@ -1,6 +1,6 @@
 //! How much of their ground rovers have covered, as it should be.
 
-use contract::{Cell, Cover, CoverMode};
+use contract::{Cell, Cover, CoverMode, Goal};
 use hopper_sim::Mission;
 
 /// What rovers have visited, and what they still have to.
@@ -22,8 +22,12 @@ impl Covered {
     /// Before the first action of rovers that start at `starts` and keep off the cells `kept`; `None` in a mission that has nothing to
     /// cover.
     pub fn begin(mission: &Mission, starts: Vec<Cell>, kept: Vec<Cell>) -> Option<Self> {
+        let cover = mission.brief.robots.iter().find_map(|robot| match robot.goal {
+            Goal::Cover(cover) => Some(cover),
+            Goal::Reach(_) | Goal::Visit(_) | Goal::LookAhead(_) => None,
+        });
         let mut covered = Self {
-            cover: mission.brief.cover?,
+            cover: cover?,
             first_visits: vec![0; starts.len()],
             visited: vec![false; mission.brief.grid.cells()],
             shared: flood(mission, &starts, |cell| !kept.contains(&cell)),

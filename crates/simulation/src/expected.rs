@@ -2,7 +2,8 @@
 //! what gradients follow from it, the fingerprint of a map, and the digest chain.
 
 use contract::{
-    Brief, Cell, Design, Digest, DriveSpeed, GradientSource, Ground, Pose, Profile, Record, RobotId, Soil,
+    Account, Brief, Cell, Digest, DriveSpeed, Goal, GradientSource, Grid, Ground, Pose, Profile, Record,
+    Robot, Sensor, SensorParameters, Soil,
 };
 use sha2::{Digest as _, Sha256};
 use terrain::Terrain;
@@ -58,16 +59,6 @@ impl Expected {
         self.seen[index]
     }
 
-    /// Rovers have entered cells, from each of which those up to so many columns and rows away are seen.
-    pub fn enter(&mut self, brief: &Brief, terrain: &Terrain, views: &[(i32, Cell)]) {
-        for (range, at) in views {
-            square(brief, *range, *at).for_each(|index| self.seen[index] = true);
-            self.visit(brief, *at);
-        }
-        self.cells =
-            self.seen.iter().zip(&terrain.cells).map(|(seen, ground)| seen.then_some(*ground)).collect();
-    }
-
     /// A rover that covers ground has entered a cell.
     pub fn visit(&mut self, brief: &Brief, at: Cell) {
         self.visits[index_of(brief, at)] += 1;
@@ -92,20 +83,11 @@ impl Expected {
         self.cells = cells_of(brief).map(|cell| self.ground(brief, terrain, cell)).collect();
     }
 
-    /// The robot has landed at `pose`.
-    pub fn land(&mut self, brief: &Brief, terrain: &Terrain, pose: Pose) {
-        let in_view: Vec<usize> = disc(brief, RobotId(0), pose).collect();
-        for &index in &in_view {
-            let cell = brief.grid.cell(index);
-            if !self.seen[index] && terrain.treasures.contains(&cell) {
-                self.treasures.push(cell);
-            }
-            self.seen[index] = true;
-        }
-        self.disc_cells.push(in_view.len());
+    /// The hopper that the mission is about is at `pose`: how much it sees from there is noted, and a treasure collected.
+    pub fn land(&mut self, brief: &Brief, pose: Pose) {
+        let Sensor::Disc(sensor) = brief.robots[0].sensor else { return };
+        self.disc_cells.push(disc(brief, &sensor, pose).count());
         self.collect(pose.cell);
-        self.treasures.sort_by_key(|cell| (cell.y, cell.x));
-        self.cells = cells_of(brief).map(|cell| self.ground(brief, terrain, cell)).collect();
     }
 
     /// What is known of a cell.
@@ -115,16 +97,16 @@ impl Expected {
             let index = is_inside(brief, at).then(|| index_of(brief, at))?;
             let truth = terrain.cells[index];
             // Where robots of all kinds are, passable ground is that of the hoppers.
-            let passable = match brief.mixed {
-                Some(_) => truth.passable,
-                None => truth.reading != Some(DriveSpeed::Zero),
+            let passable = match brief.account {
+                Account::ActionsWithoutWaits => truth.passable,
+                Account::Hopper | Account::Actions => truth.reading != Some(DriveSpeed::Zero),
             };
             let of_reading = Ground { speed: None, passable, ..truth };
             let told = if self.doubtful[index] { of_reading } else { Ground { reading: None, ..truth } };
             self.seen[index].then_some(told)
         };
         let here = known(0, 0)?;
-        if brief.sensor.gradient == GradientSource::Measured {
+        if gradient_of(brief) == GradientSource::Measured {
             return Some(here);
         }
         let slope = |x: i32, y: i32| {
@@ -161,15 +143,34 @@ impl Expected {
     }
 }
 
-/// How the hopper `robot` hops and sees.
-pub(crate) fn design(brief: &Brief, robot: RobotId) -> Design {
-    let own = brief.mixed.and_then(|mixed| mixed.designs.of(robot).copied());
-    own.unwrap_or(Design { motion: brief.motion, sensor: brief.sensor })
+/// Where gradients come from: the same for all hoppers of a mission, and measured where nobody hops.
+fn gradient_of(brief: &Brief) -> GradientSource {
+    let of_sensor = |robot: &Robot| match robot.sensor {
+        Sensor::Disc(sensor) => Some(sensor.gradient),
+        Sensor::Square(_) | Sensor::Track(_) | Sensor::Camera(_) | Sensor::ErringCamera(_) => None,
+    };
+    brief.robots.iter().find_map(of_sensor).unwrap_or(GradientSource::Measured)
 }
 
-/// Indices of the cells that the hopper `robot` sees from `pose`.
-pub(crate) fn disc(brief: &Brief, robot: RobotId, pose: Pose) -> impl Iterator<Item = usize> + use<> {
-    let (grid, Design { sensor, .. }) = (brief.grid, design(brief, robot));
+/// The cell to which `robot` is to go after so many visits, if it goes to cells.
+pub(crate) fn goal_cell(grid: &Grid, robot: &Robot, visits: u64) -> Option<Cell> {
+    match robot.goal {
+        Goal::Reach(reach) => {
+            let along = |metres: f64| (metres / grid.cell_size_m).floor() as i32;
+            Some(Cell::new(along(reach.at.x_m), along(reach.at.y_m)))
+        }
+        Goal::Visit(visit) => Some(visit.goals()[visits as usize % visit.goals().len()]),
+        Goal::Cover(_) | Goal::LookAhead(_) => None,
+    }
+}
+
+/// Indices of the cells that a hopper with such a sensor sees from `pose`.
+pub(crate) fn disc(
+    brief: &Brief,
+    sensor: &SensorParameters,
+    pose: Pose,
+) -> impl Iterator<Item = usize> + use<> {
+    let grid = brief.grid;
     let radius_m = (sensor.gain * (pose.height_m + sensor.offset_m))
         .max(sensor.radius_min_m)
         .min(sensor.radius_max_m)

@@ -310,7 +310,7 @@ impl Forgery {
 /// The faults of one seed.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Plan {
-    /// The vehicles that the faults are made for.
+    /// The missions that the faults are made for.
     pub missions: Missions,
     /// The seed, which also gives the setup and every small delay.
     pub seed: u64,

@@ -24,7 +24,7 @@ pub(crate) fn forge(world: &mut World, forgery: Forgery) {
     let (run, due, held) =
         (checker.mission().brief.run, checker.records().len() as u64, checker.leader().term);
     let digest = checker.digest();
-    let count = checker.mission().brief.robots;
+    let count = checker.mission().brief.robots.count();
     let other = RobotId((robot.0 + 1) % count);
     let forged = Command {
         run,
@@ -56,7 +56,7 @@ pub(crate) fn forge(world: &mut World, forgery: Forgery) {
         Forgery::Usurped => Ok(Command { term: held, ..forged }),
         Forgery::Malformed => Err(Refusal::malformed("action", "0 to 4", 9)),
         Forgery::Kind | Forgery::UnknownRoute | Forgery::RouteElsewhere | Forgery::BeyondBudget => {
-            match checker.scouts().and_then(|scouts| forged_route(scouts, forgery)) {
+            match forged_route(checker.scouts(), forgery) {
                 Some((action, points)) => {
                     route = points;
                     Ok(Command { action, ..forged })

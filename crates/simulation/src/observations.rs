@@ -6,7 +6,7 @@ use contract::limits::PAST_PAGE_RECORDS;
 use contract::{
     Action, Announcement, Branch, Brief, Command, Control, Heartbeat, Incarnation, MapPage, MapPatch,
     MapRequest, Message, MonotonicNs, Order, Pacing, PastPage, PastRequest, Policy, PriorPage, PriorRequest,
-    Record, RobotId, Role, RoutePage, RouteRequest, State, Team, TruthPage, TruthRequest,
+    Record, Role, RoutePage, RouteRequest, State, Team, TruthPage, TruthRequest,
 };
 use planner::Situation;
 use recording::{Recording, last_run};
@@ -15,7 +15,6 @@ use crate::checker::Known;
 use crate::life::Life;
 use crate::life::Pass;
 use crate::recorded::decisions_recorded;
-use crate::scouts::Scouts;
 use crate::setup::Missions;
 use crate::stream::Asked;
 use crate::stream::Stream;
@@ -36,7 +35,7 @@ impl World {
         self.checker.executed(&record);
         let treasures = self.checker.treasures_known();
         self.checker.committed(&record);
-        if self.checker.scouts().is_some_and(Scouts::is_all_waiting) {
+        if self.checker.scouts().is_all_waiting() {
             self.coverage.count("ended", "while_all_wait");
         }
         let now = self.monotonic();
@@ -76,7 +75,8 @@ impl World {
         if record.outcome.branch == Branch::Stranded {
             self.coverage.count("rovers", "stranded");
         }
-        let others = (0..self.setup.mission.brief.robots).map(RobotId).filter(|robot| *robot != record.robot);
+        let robots = &self.setup.mission.brief.robots;
+        let others = robots.numbered().map(|(robot, _)| robot).filter(|robot| *robot != record.robot);
         let mut leaders =
             others.map(|robot| self.checker.leader_of(robot)).filter(|leader| leader.term.0 > 0);
         if leaders.any(|leader| leader.incarnation == record.leader.incarnation) {

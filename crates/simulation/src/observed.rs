@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, Mutex};
 
-use contract::{Brief, Name, ObservedMap, PolicyCell, Prior, Route, Routes, State, Task, Team};
+use contract::{Brief, Leg, Name, ObservedMap, PolicyCell, Prior, Robot, Route, Routes, State, Team};
 use planner::{Budget, Plan, Planner, Scouting, Situation};
 
 /// What the planner was last given, until the checker has looked at it.
@@ -12,6 +12,7 @@ pub(crate) type Seen = Arc<Mutex<Option<Given>>>;
 #[derive(Debug)]
 pub(crate) struct Given {
     brief: Brief,
+    leg: Option<Leg>,
     map: ObservedMap,
     state: State,
     team: Option<Team>,
@@ -21,14 +22,15 @@ pub(crate) struct Given {
 impl Given {
     fn of(situation: &Situation<'_>) -> Self {
         let scouting = situation.scouting.map(|scouting| (scouting.prior.clone(), scouting.routes.clone()));
-        let Situation { brief, map, state, team, .. } = *situation;
-        Self { brief: *brief, map: map.clone(), state: *state, team: team.cloned(), scouting }
+        let Situation { brief, leg, map, state, team, .. } = *situation;
+        let (leg, team) = (leg.copied(), team.cloned());
+        Self { brief: *brief, leg, map: map.clone(), state: *state, team, scouting }
     }
 
     pub fn situation(&self) -> Situation<'_> {
-        let Self { brief, map, state, team, scouting } = self;
+        let Self { brief, leg, map, state, team, scouting } = self;
         let scouting = scouting.as_ref().map(|(prior, routes)| Scouting { prior, routes });
-        Situation { brief, map, state, team: team.as_ref(), scouting }
+        Situation { brief, leg: leg.as_ref(), map, state, team: team.as_ref(), scouting }
     }
 }
 
@@ -43,8 +45,8 @@ impl Planner for Observed {
         self.planner.name()
     }
 
-    fn suits(&self, task: Task) -> bool {
-        self.planner.suits(task)
+    fn suits(&self, robot: &Robot) -> bool {
+        self.planner.suits(robot)
     }
 
     fn announces(&self) -> bool {

@@ -2,8 +2,8 @@
 //! and what would come of it with what should. So robots are led where no planner leads them, such as onto one that is at rest.
 
 use contract::{
-    Action, Announcement, Command, Decision, Incarnation, MonotonicNs, Record, RobotId, Route, RunId, State,
-    Term, Vehicle, Waypoint,
+    Action, Announcement, Brief, Command, Decision, Incarnation, MonotonicNs, Record, RobotId, Route, RunId,
+    State, Term, Waypoint,
 };
 use hopper_sim::dynamics::Execution;
 use hopper_sim::{Arbiter, Effect, Event, Mission};
@@ -137,12 +137,7 @@ impl<'a> Play<'a> {
         {
             return (action, None);
         }
-        let vehicle = self.mission.fleet.as_ref().map(|fleet| fleet.robots[usize::from(robot.0)].vehicle);
-        let along = vehicle.and_then(|vehicle| match vehicle {
-            Vehicle::Driver { .. } => Some(Action::Drive),
-            Vehicle::Helicopter { .. } => Some(Action::Fly),
-            _ => None,
-        });
+        let along = self.mission.brief.robots[usize::from(robot.0)].body.along_route();
         match along {
             // Now and then anything, as a planner for robots of another kind would send it.
             _ if self.chance.one_in(8) => (self.chance.pick(&Action::ALL), None),
@@ -162,13 +157,13 @@ impl<'a> Play<'a> {
     fn route(&mut self, robot: RobotId) -> Option<Route> {
         let team = self.arbiter.team()?;
         let at = team.member(robot)?.travel?.at;
-        let grid = self.mission.brief.grid;
-        let others = team.members.iter().enumerate().filter(|(number, _)| *number != usize::from(robot.0));
-        let on_ground = others.filter(|(_, other)| other.robot.vehicle.is_on_ground());
-        let cells: Vec<_> =
-            on_ground.map(|(_, other)| other.at.cell).filter(|cell| grid.contains(*cell)).collect();
+        let Brief { grid, robots, .. } = &self.mission.brief;
+        let others = robots.numbered().filter(|(other, _)| *other != robot);
+        let on_ground = others.filter(|(_, other)| other.body.is_on_ground());
+        let cells = on_ground.filter_map(|(other, _)| Some(team.member(other)?.at.cell));
+        let cells: Vec<_> = cells.filter(|cell| grid.contains(*cell)).collect();
         let to = if !cells.is_empty() && !self.chance.one_in(4) {
-            Waypoint::middle_of(&grid, self.chance.pick(&cells))
+            Waypoint::middle_of(grid, self.chance.pick(&cells))
         } else {
             let away = |chance: &mut Chance| 3.0 * chance.unit() - 1.5;
             Waypoint { x_m: at.x_m + away(&mut self.chance), y_m: at.y_m + away(&mut self.chance) }

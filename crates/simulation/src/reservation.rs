@@ -111,7 +111,7 @@ impl Reservations {
         let leads = held.0 > 0 && (incarnation, planner) == (at.leader.incarnation, at.leader.planner);
         let reasons = [
             (command.run != brief.run, "wrong_run"),
-            (robot.0 >= brief.robots, "wrong_robot"),
+            (robot.0 >= brief.robots.count(), "wrong_robot"),
             (decision < at.due, "repeated_decision"),
             (decision > at.due, "future_decision"),
             (command.digest != at.digest, "other_past"),

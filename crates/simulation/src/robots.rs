@@ -3,12 +3,10 @@
 //! [`crate::scouts`], what covering comes to of [`crate::covered`], and what a rover's step comes to of [`crate::rovers`];
 //! where a hop leads is drawn here.
 
-use std::sync::Arc;
-
 use contract::{
-    Action, Announcement, Branch, Brief, Cell, Collected, Decision, Digest, Direction, Flight, Leader,
-    Origin, Outcome, Pose, Record, Robot, RobotId, RobotSet, RunId, Sensor, Standing, State, Status, Team,
-    Vehicle, Vetoed,
+    Account, Action, Announcement, Body, Branch, Brief, Cell, Collected, Decision, Digest, Flight, Goal,
+    Hopper, Leader, Origin, Outcome, Pose, Record, RobotId, RunId, Sensor, Standing, State, Status, Team,
+    Vetoed,
 };
 use hopper_sim::Mission;
 use hopper_sim::dynamics::Execution;
@@ -16,26 +14,23 @@ use motion::{Domain, Draw};
 use terrain::Terrain;
 
 use crate::covered::{Covered, is_free};
-use crate::expected::{Expected, Shown, design, disc, square};
+use crate::expected::{Expected, Shown, disc, goal_cell, square};
 use crate::rovers::{self, beside};
-use crate::scouts::{Scouts, TOLERANCE_M, gave_up, point};
+use crate::scouts::{Scout, Scouts, TOLERANCE_M, gave_up, point};
 
 /// The robots of a mission after some decisions.
 #[derive(Clone, Debug)]
 pub(crate) struct Robots {
     /// All robots; of those that go from cell to cell only what all have.
     scouts: Scouts,
-    required: RobotSet,
-    /// Where each robot faces.
-    headings: Vec<Direction>,
     /// The robots that cover ground.
     rovers: Vec<usize>,
     covered: Option<Covered>,
 }
 
-/// How the task of a robot stands.
+/// How the goal of a robot stands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Task {
+enum Part {
     Open,
     Done,
     Failed(Status),
@@ -45,24 +40,12 @@ impl Robots {
     /// Before the first decision.
     pub fn begin(mission: &Mission) -> Self {
         let scouts = Scouts::begin(mission);
-        let robots = || scouts.scouts.iter().map(|scout| scout.robot).enumerate();
-        let rovers: Vec<usize> = robots()
-            .filter(|(_, robot)| matches!(robot.vehicle, Vehicle::Rover { .. }))
-            .map(|(number, _)| number)
-            .collect();
+        let covers = |number: &usize| matches!(scouts.scouts[*number].robot.goal, Goal::Cover(_));
+        let count = scouts.scouts.len();
+        let rovers: Vec<usize> = (0..count).filter(covers).collect();
         let starts = rovers.iter().map(|number| scouts.scouts[*number].cell).collect();
-        let with_goals = robots().filter(|(_, robot)| !matches!(robot.vehicle, Vehicle::Helicopter { .. }));
-        let with_goals = with_goals.fold(RobotSet::NONE, |set, (number, _)| set.with(RobotId(number as u16)));
-        let covered =
-            if rovers.is_empty() { None } else { Covered::begin(mission, starts, goals_of_hoppers(mission)) };
-        let mut begun = Self {
-            required: mission.brief.mixed.map_or(with_goals, |mixed| mixed.required),
-            headings: robots().map(|(_, robot)| robot.start.heading).collect(),
-            covered,
-            rovers,
-            scouts,
-        };
-        let count = begun.headings.len();
+        let covered = Covered::begin(mission, starts, goals_of_hoppers(mission));
+        let mut begun = Self { covered, rovers, scouts };
         (0..count).for_each(|number| begun.look_around(mission, number));
         begun.retire(mission);
         (0..count).for_each(|number| begun.end_if_over(mission, number, mission.brief.reading.opening_steps));
@@ -86,34 +69,24 @@ impl Robots {
 
     /// What all see from their starts.
     pub fn open(&self, brief: &Brief, terrain: &Terrain, expected: &mut Expected) {
-        if covers_only(brief) {
-            let views: Vec<_> =
-                self.scouts.scouts.iter().map(|scout| view(&scout.robot, scout.cell)).collect();
-            return expected.enter(brief, terrain, &views);
-        }
         self.rover_starts().for_each(|cell| expected.visit(brief, cell));
         expected.reveal(brief, terrain, self.scouts.shown());
-        if let Some(start) = self.scouts.hopper_start(terrain) {
-            expected.land(brief, terrain, start);
+        let cell = brief.robots[0].start.cell;
+        if let (Account::Hopper, Some(ground)) = (brief.account, terrain.ground(cell)) {
+            expected.land(brief, Pose { cell, height_m: ground.height_m });
         }
     }
 
     /// What is seen after `record`, which was committed.
     pub fn see(&self, brief: &Brief, terrain: &Terrain, record: &Record, expected: &mut Expected) {
-        let entered = self.entered(record);
-        if covers_only(brief) {
-            let robot = &self.scouts.scouts[usize::from(record.robot.0)].robot;
-            let views: Vec<_> = entered.into_iter().map(|cell| view(robot, cell)).collect();
-            return expected.enter(brief, terrain, &views);
-        }
-        let hops = self.scouts.is_hopper(record.robot);
-        if hops && brief.is_of_hopper() {
-            return expected.land(brief, terrain, record.pose);
-        }
-        entered.into_iter().for_each(|cell| expected.visit(brief, cell));
+        self.entered(record).into_iter().for_each(|cell| expected.visit(brief, cell));
         expected.reveal(brief, terrain, self.scouts.shown());
-        if hops {
-            expected.collect(record.pose.cell);
+        if !self.scouts.is_hopper(record.robot) {
+            return;
+        }
+        match brief.account {
+            Account::Hopper => expected.land(brief, record.pose),
+            Account::Actions | Account::ActionsWithoutWaits => expected.collect(record.pose.cell),
         }
     }
 
@@ -144,26 +117,14 @@ impl Robots {
         (is_rover && has_moved).then_some(record.outcome.to)
     }
 
-    /// Start, goal and place of the hopper that is due.
-    pub fn own_way(&self) -> Option<[Cell; 3]> {
-        let scout = &self.scouts.scouts[self.scouts.next()?];
-        let Vehicle::HopperTo { goal } = scout.robot.vehicle else { return None };
-        Some([scout.robot.start.cell, goal, scout.cell])
-    }
-
-    /// The robot that is due.
-    pub fn due(&self) -> Option<RobotId> {
-        self.scouts.next().map(|number| RobotId(number as u16))
+    /// The hopper that is due, if it is the turn of one.
+    pub fn due_hopper(&self) -> Option<&Scout> {
+        self.scouts.next().map(|number| &self.scouts.scouts[number]).filter(|scout| scout.robot.body.hops())
     }
 
     /// How a robot stands.
     pub fn standing(&self, robot: RobotId) -> Option<Standing> {
         self.scouts.scouts.get(usize::from(robot.0)).map(|scout| scout.standing)
-    }
-
-    /// Whether the mission needs the task of a robot.
-    pub fn needs(&self, robot: RobotId) -> bool {
-        self.required.has(robot)
     }
 
     /// Whether a robot can still act.
@@ -179,18 +140,16 @@ impl Robots {
     /// Whether a robot on the ground other than `number` is on a cell.
     fn is_occupied(&self, mission: &Mission, number: usize, cell: Cell) -> bool {
         let mut scouts = self.scouts.scouts.iter().enumerate();
-        scouts.any(|(other, scout)| {
-            let flies = matches!(scout.robot.vehicle, Vehicle::Helicopter { .. });
-            other != number && !flies && scout.cell == cell
-        }) && mission.terrain.ground(cell).is_some()
+        scouts.any(|(other, scout)| other != number && scout.robot.body.is_on_ground() && scout.cell == cell)
+            && mission.terrain.ground(cell).is_some()
     }
 
     /// Whether a robot on the ground other than `number` has stopped on a cell for good.
     fn is_taken_for_good(&self, number: usize, cell: Cell) -> bool {
         let mut scouts = self.scouts.scouts.iter().enumerate();
         scouts.any(|(other, scout)| {
-            let flies = matches!(scout.robot.vehicle, Vehicle::Helicopter { .. });
-            other != number && !flies && scout.standing != Standing::Active && scout.cell == cell
+            let stops = scout.robot.body.is_on_ground() && scout.standing != Standing::Active;
+            other != number && stops && scout.cell == cell
         })
     }
 
@@ -199,20 +158,20 @@ impl Robots {
     pub fn blocked(&self, mission: &Mission) -> Vetoed {
         let Some(due) = self.scouts.next() else { return Vetoed::NONE };
         let scout = &self.scouts.scouts[due];
-        let is_blocked = |action: &Action| match (action, scout.robot.vehicle) {
-            (Action::Hop(direction), Vehicle::Hopper | Vehicle::HopperTo { .. }) => {
+        let is_blocked = |action: &Action| match (scout.robot.body, action) {
+            (Body::Hopper(_), Action::Hop(direction)) => {
                 self.is_occupied(mission, due, mission.brief.grid.hop(scout.cell, *direction))
             }
-            (Action::Step(_), Vehicle::Rover { .. }) => {
+            (Body::Rover(_), Action::Step(_)) => {
                 let to = beside(scout.cell, *action);
                 let is_kept = goals_of_hoppers(mission).contains(&to);
                 !is_free(mission, to) || is_kept || self.is_occupied(mission, due, to)
             }
-            (Action::Drive, Vehicle::Driver { .. }) => {
+            (Body::Driver(_), Action::Drive) => {
                 let is_taken = |to| self.is_occupied(mission, due, self.scouts.cell(to));
                 self.scouts.blocked() != Vetoed::NONE || scout.next().is_some_and(is_taken)
             }
-            _ => false,
+            (Body::Hopper(_) | Body::Rover(_) | Body::Driver(_) | Body::Helicopter(_), _) => false,
         };
         Action::ALL.into_iter().filter(is_blocked).fold(Vetoed::NONE, Vetoed::with)
     }
@@ -232,24 +191,23 @@ impl Robots {
 
     /// What is done at the deadline, unless a hopper is due: on along the route if that may be, or nothing.
     pub fn fallback(&self, mission: &Mission) -> (Action, Origin) {
-        let along = self.scouts.next().and_then(|due| match self.scouts.scouts[due].robot.vehicle {
-            Vehicle::Driver { .. } => Some((due, Action::Drive)),
-            Vehicle::Helicopter { .. } => Some((due, Action::Fly)),
-            _ => None,
-        });
+        let along =
+            self.scouts.next().and_then(|due| Some((due, self.scouts.scouts[due].robot.body.along_route()?)));
         let along = along.filter(|(due, action)| self.may(mission, *due, *action));
         along.map_or((Action::Hold, Origin::Hold), |(_, action)| (action, Origin::Policy))
     }
 
     /// Whether the robot that is due may do that.
     fn may(&self, mission: &Mission, due: usize, action: Action) -> bool {
-        let is_of_kind = match self.scouts.scouts[due].robot.vehicle {
-            Vehicle::Hopper => matches!(action, Action::Hold | Action::Hop(_)),
-            Vehicle::HopperTo { .. } => matches!(action, Action::Hold | Action::Wait | Action::Hop(_)),
-            Vehicle::Rover { .. } => matches!(action, Action::Hold | Action::Wait | Action::Step(_)),
-            _ => self.scouts.may(due, action),
+        // A hopper whose steps alone are counted has nobody to wait for.
+        let may_wait = mission.brief.account != Account::Hopper;
+        let suits_body = match self.scouts.scouts[due].robot.body {
+            Body::Hopper(_) if action == Action::Wait => may_wait,
+            Body::Hopper(_) => matches!(action, Action::Hold | Action::Hop(_)),
+            Body::Rover(_) => matches!(action, Action::Hold | Action::Wait | Action::Step(_)),
+            Body::Driver(_) | Body::Helicopter(_) => self.scouts.may(due, action),
         };
-        is_of_kind && !self.blocked(mission).has(action)
+        suits_body && !self.blocked(mission).has(action)
     }
 
     /// How the due robot's `action` comes out; `None` if it must be refused.
@@ -272,31 +230,30 @@ impl Robots {
         let height_m = ground(outcome.to).or(ground(outcome.from)).map_or(0.0, |ground| ground.height_m);
         let found = mission.terrain.treasures.iter().position(|cell| lands && *cell == outcome.to);
         let brief = &mission.brief;
-        let goal = brief
-            .patrol
-            .map_or(brief.goal, |patrol| patrol.goals()[before.visits as usize % patrol.goals().len()]);
+        let goal = goal_cell(&brief.grid, &brief.robots[0], before.visits);
         let actions = |waits: bool| {
             let actions =
                 after.scouts.scouts.iter().map(|scout| scout.actions - if waits { 0 } else { scout.waited });
             actions.max().unwrap_or_default()
         };
         let pose = Pose { cell: outcome.to, height_m };
-        let is_of_hopper = brief.is_of_hopper();
+        let covered = after.covered.as_ref().map_or(0, Covered::visits);
+        let is_visit = lands && goal == Some(outcome.to);
+        let (pose, steps, visits) = match brief.account {
+            Account::Hopper if self.scouts.is_hopper(robot) => {
+                (pose, hopper_steps, before.visits + u64::from(is_visit))
+            }
+            Account::Hopper => (before.pose, hopper_steps, before.visits),
+            // Only there to wait is a step.
+            Account::Actions => (pose, actions(true), covered),
+            Account::ActionsWithoutWaits => (pose, actions(false), covered),
+        };
         let execution = Execution {
             outcome,
-            pose: if is_of_hopper && !self.scouts.is_hopper(robot) { before.pose } else { pose },
+            pose,
             collected: Collected(before.collected.0 | found.map_or(0, |number| 1 << number)),
-            steps: match (is_of_hopper, brief.scout, brief.mixed) {
-                (true, ..) => hopper_steps,
-                // Only there to wait is a step.
-                (false, Some(_), None) => actions(true),
-                _ => actions(false),
-            },
-            visits: if is_of_hopper {
-                before.visits + u64::from(lands && outcome.to == goal)
-            } else {
-                after.covered.as_ref().map_or(0, Covered::visits)
-            },
+            steps,
+            visits,
             status: after.status(mission, hopper_steps),
         };
         Some((robot, execution))
@@ -311,19 +268,26 @@ impl Robots {
     ) -> Option<Outcome> {
         let scout = &self.scouts.scouts[number];
         let fails = scout.fails_at == Some(scout.actions + 1);
-        match scout.robot.vehicle {
-            Vehicle::Hopper | Vehicle::HopperTo { .. } => Some(self.hop(mission, number, decision, action)),
-            Vehicle::Rover { .. } if action == Action::Wait && !fails => {
+        match scout.robot.body {
+            Body::Hopper(hopper) => Some(self.hop(mission, number, hopper, decision, action)),
+            Body::Rover(_) if action == Action::Wait && !fails => {
                 let flight = Flight::default();
                 Some(Outcome { branch: Branch::Held, from: scout.cell, to: scout.cell, flight })
             }
-            Vehicle::Rover { .. } => rovers::outcome(mission, &scout.robot, scout.cell, action, fails),
-            _ => Some(self.scouts.arrival(number, action).outcome),
+            Body::Rover(_) => rovers::outcome(mission, &scout.robot, scout.cell, action, fails),
+            Body::Driver(_) | Body::Helicopter(_) => Some(self.scouts.arrival(number, action).outcome),
         }
     }
 
     /// A hop, drawn for this robot and decision: it ends where it began if another robot is where it would end.
-    fn hop(&self, mission: &Mission, number: usize, decision: Decision, action: Action) -> Outcome {
+    fn hop(
+        &self,
+        mission: &Mission,
+        number: usize,
+        Hopper { motion: law }: Hopper,
+        decision: Decision,
+        action: Action,
+    ) -> Outcome {
         let scout = &self.scouts.scouts[number];
         let from = scout.cell;
         let stays = |branch| Outcome { branch, from, to: from, flight: Flight::default() };
@@ -335,7 +299,6 @@ impl Robots {
         };
         let Mission { brief, terrain, seed, .. } = mission;
         let uniform = Draw::new(*seed, Domain::Motion, RobotId(number as u16), decision).uniform();
-        let law = design(brief, RobotId(number as u16)).motion;
         let branch = motion::transition(&law, ground, direction).branch(uniform);
         let aim = terrain.ground(brief.grid.hop(from, direction));
         let rise_m = aim.map_or(0.0, |aim| aim.height_m - ground.height_m);
@@ -347,7 +310,7 @@ impl Robots {
     /// A record was committed.
     pub fn committed(&mut self, mission: &Mission, record: &Record) {
         let number = usize::from(record.robot.0);
-        if number >= self.headings.len() {
+        if number >= self.scouts.scouts.len() {
             return;
         }
         self.scouts.note(record);
@@ -367,18 +330,14 @@ impl Robots {
         outcome: &Outcome,
         steps: u64,
     ) {
-        let rover = self.rovers.iter().position(|rover| *rover == number);
-        if rover.is_some() || self.scouts.is_hopper(RobotId(number as u16)) {
-            self.scouts.hop(number, action, outcome);
-        } else {
-            self.scouts.act(number, decision, action);
+        match self.scouts.scouts[number].robot.body {
+            Body::Hopper(_) | Body::Rover(_) => self.scouts.in_cells(number, action, outcome),
+            Body::Driver(_) | Body::Helicopter(_) => self.scouts.act(number, decision, action),
         }
+        let rover = self.rovers.iter().position(|rover| *rover == number);
         let is_stranded = outcome.branch == Branch::Stranded;
-        if let (Some(rover), Action::Step(heading), false) = (rover, action, is_stranded) {
-            self.headings[number] = heading;
-            if let Some(covered) = &mut self.covered {
-                covered.visit(mission, rover, outcome.to);
-            }
+        if let (Some(rover), Some(covered), false) = (rover, &mut self.covered, is_stranded) {
+            covered.visit(mission, rover, outcome.to);
         }
         if rover.is_some() && is_stranded {
             self.close(mission);
@@ -393,15 +352,14 @@ impl Robots {
         let Scouts { scouts, shown, .. } = &mut self.scouts;
         let (sensor, cell) = (scouts[number].robot.sensor, scouts[number].cell);
         match (sensor, mission.terrain.ground(cell)) {
-            (Sensor::Disc, Some(ground)) => {
+            (Sensor::Disc(sensor), Some(ground)) => {
                 let pose = Pose { cell, height_m: ground.height_m };
-                disc(&mission.brief, RobotId(number as u16), pose)
-                    .for_each(|index| shown[index] = Shown::Truth);
+                disc(&mission.brief, &sensor, pose).for_each(|index| shown[index] = Shown::Truth);
             }
-            (Sensor::Square { range_cells }, _) => {
-                square(&mission.brief, range_cells as i32, cell).for_each(|index| shown[index] = Shown::Truth)
+            (Sensor::Square(sensor), _) => square(&mission.brief, sensor.range_cells as i32, cell)
+                .for_each(|index| shown[index] = Shown::Truth),
+            (Sensor::Disc(_), None) | (Sensor::Track(_) | Sensor::Camera(_) | Sensor::ErringCamera(_), _) => {
             }
-            _ => {}
         }
     }
 
@@ -420,22 +378,18 @@ impl Robots {
     fn end_if_over(&mut self, mission: &Mission, number: usize, steps: u64) {
         let scout = &self.scouts.scouts[number];
         let is_spent = scout.actions - scout.waited >= self.scouts.actions_max;
-        let gives_up =
-            is_spent && !self.required.has(RobotId(number as u16)) && !mission.brief.is_of_hopper();
-        let end = match scout.robot.vehicle {
-            Vehicle::Hopper | Vehicle::HopperTo { .. } => match mission.terrain.ground(scout.cell) {
-                Some(ground) if ground.passable => {
-                    self.is_hopper_there(mission, number, steps).then_some(Standing::Done)
-                }
-                _ => Some(Standing::Stranded),
-            },
-            _ => self.has_arrived(number).then_some(Standing::Done),
+        let is_limited = mission.brief.account != Account::Hopper && !scout.robot.required;
+        let stands = mission.terrain.ground(scout.cell).is_some_and(|ground| ground.passable);
+        let end = if scout.robot.body.hops() && !stands {
+            Some(Standing::Stranded)
+        } else {
+            self.is_at_goal(mission, number, steps).then_some(Standing::Done)
         };
-        let end = end
-            .or(gives_up.then(|| gave_up(&scout.robot.vehicle)))
-            .filter(|_| scout.standing == Standing::Active);
+        let gives_up = || (is_limited && is_spent).then(|| gave_up(&scout.robot));
+        let end = end.or_else(gives_up).filter(|_| scout.standing == Standing::Active);
         let standing = end.unwrap_or(scout.standing);
-        let closes = !matches!(scout.robot.vehicle, Vehicle::Rover { .. } | Vehicle::Helicopter { .. });
+        // Rovers that cover ground close their cell where they fail.
+        let closes = scout.robot.body.is_on_ground() && !matches!(scout.robot.goal, Goal::Cover(_));
         let scout = &mut self.scouts.scouts[number];
         // Who acts no more waits for nobody.
         (scout.standing, scout.waits) = (standing, scout.waits && standing == Standing::Active);
@@ -445,13 +399,21 @@ impl Robots {
         }
     }
 
-    /// Whether a hopper is where it shall go, or has flown its patrol.
-    fn is_hopper_there(&self, mission: &Mission, number: usize, steps: u64) -> bool {
+    /// Whether a robot is where it shall go and has no further point to go to, or has flown its hops. Who covers ground is done
+    /// elsewhere.
+    fn is_at_goal(&self, mission: &Mission, number: usize, steps: u64) -> bool {
         let (brief, scout) = (&mission.brief, &self.scouts.scouts[number]);
-        match (scout.robot.vehicle, brief.patrol) {
-            (Vehicle::HopperTo { goal }, _) => scout.cell == goal,
-            (_, Some(patrol)) => scout.actions >= patrol.hops_max,
-            (_, None) => scout.cell == brief.goal && steps <= brief.limits.steps_max,
+        match (scout.robot.goal, scout.robot.body) {
+            (Goal::Reach(reach), Body::Driver(_) | Body::Helicopter(_)) => {
+                let away_m = point(scout.at).distance_m(point(reach.at));
+                away_m <= reach.radius_m + TOLERANCE_M && scout.next().is_none()
+            }
+            (Goal::Reach(_), Body::Hopper(_) | Body::Rover(_)) => {
+                let in_time = brief.account != Account::Hopper || steps <= brief.limits.steps_max;
+                goal_cell(&brief.grid, &scout.robot, 0) == Some(scout.cell) && in_time
+            }
+            (Goal::Visit(visit), _) => scout.actions >= visit.hops_max,
+            (Goal::Cover(_) | Goal::LookAhead(_), _) => false,
         }
     }
 
@@ -461,10 +423,10 @@ impl Robots {
         let active = self.rovers.iter().map(|number| &scouts[*number]);
         let active: Vec<Cell> =
             active.filter(|scout| scout.standing == Standing::Active).map(|scout| scout.cell).collect();
-        let closed = scouts.iter().filter(|scout| match scout.robot.vehicle {
-            Vehicle::Helicopter { .. } => false,
-            Vehicle::Rover { .. } => scout.standing == Standing::Stranded,
-            _ => scout.standing != Standing::Active,
+        let on_ground = scouts.iter().filter(|scout| scout.robot.body.is_on_ground());
+        let closed = on_ground.filter(|scout| match scout.robot.goal {
+            Goal::Cover(_) => scout.standing == Standing::Stranded,
+            Goal::Reach(_) | Goal::Visit(_) | Goal::LookAhead(_) => scout.standing != Standing::Active,
         });
         let closed: Vec<Cell> = closed.map(|scout| scout.cell).collect();
         if let Some(covered) = &mut self.covered {
@@ -472,63 +434,60 @@ impl Robots {
         }
     }
 
-    /// Whether a rover is within reach of its goal and has no further point to go to.
-    fn has_arrived(&self, number: usize) -> bool {
-        let scout = &self.scouts.scouts[number];
-        let Vehicle::Driver { goal, goal_radius_m, .. } = scout.robot.vehicle else { return false };
-        let away_m = point(scout.at).distance_m(point(goal));
-        away_m <= goal_radius_m + TOLERANCE_M && scout.next().is_none()
-    }
-
-    /// How the mission stands: by the tasks of the robots that it needs.
+    /// How the mission stands: by the goals of the robots that it requires.
     pub fn status(&self, mission: &Mission, steps: u64) -> Status {
-        let needed = (0..self.headings.len()).filter(|number| self.required.has(RobotId(*number as u16)));
-        let tasks: Vec<Task> = needed.map(|number| self.task(mission, number)).collect();
-        let failed = tasks.iter().find_map(|task| match task {
-            Task::Failed(status) => Some(*status),
-            _ => None,
+        let brief = &mission.brief;
+        let scouts = &self.scouts.scouts;
+        let required = (0..scouts.len()).filter(|number| scouts[*number].robot.required);
+        let parts: Vec<Part> = required.map(|number| self.part(mission, number)).collect();
+        let failed = parts.iter().find_map(|part| match part {
+            Part::Failed(status) => Some(*status),
+            Part::Open | Part::Done => None,
         });
         let can_go_on = self.scouts.next().is_some_and(|due| {
             let scout = &self.scouts.scouts[due];
             let is_spent = scout.actions - scout.waited >= self.scouts.actions_max;
-            let is_out_of_steps = if mission.brief.is_of_hopper() {
-                mission.brief.patrol.is_none() && steps >= mission.brief.limits.steps_max
-            } else {
-                is_spent && self.required.has(RobotId(due as u16))
+            let is_out_of_steps = match brief.account {
+                Account::Hopper => {
+                    let visits_goals = matches!(brief.robots[0].goal, Goal::Visit(_));
+                    !visits_goals && steps >= brief.limits.steps_max
+                }
+                Account::Actions | Account::ActionsWithoutWaits => is_spent && scout.robot.required,
             };
             !is_out_of_steps
         });
         match failed {
             Some(status) => status,
-            None if tasks.iter().all(|task| *task == Task::Done) => Status::Goal,
+            None if parts.iter().all(|part| *part == Part::Done) => Status::Goal,
             None if can_go_on => Status::Underway,
             None => Status::Deadlock,
         }
     }
 
-    fn task(&self, mission: &Mission, number: usize) -> Task {
+    /// How the goal of a robot stands.
+    fn part(&self, mission: &Mission, number: usize) -> Part {
         let scout = &self.scouts.scouts[number];
-        match scout.robot.vehicle {
-            Vehicle::Rover { .. } => match &self.covered {
-                Some(covered) if covered.is_all_covered(mission) => Task::Done,
-                _ if self.is_covering() => Task::Open,
-                _ => Task::Failed(Status::Lost),
-            },
-            Vehicle::Hopper | Vehicle::HopperTo { .. } => match (scout.standing, scout.robot.vehicle) {
-                _ if mission.terrain.ground(scout.cell).is_none() => Task::Failed(Status::LeftMap),
-                (Standing::Stranded, _) => Task::Failed(Status::Lost),
-                (Standing::Done, _) => Task::Done,
-                (Standing::Active, Vehicle::HopperTo { goal }) if self.is_taken_for_good(number, goal) => {
-                    Task::Failed(Status::Deadlock)
-                }
-                _ => Task::Open,
-            },
-            _ => match scout.standing {
-                Standing::Stranded => Task::Failed(Status::Lost),
-                Standing::GaveUp => Task::Failed(Status::Deadlock),
-                Standing::Done => Task::Done,
-                Standing::Active => Task::Open,
-            },
+        let hops = scout.robot.body.hops();
+        if let (Goal::Cover(_), Some(covered)) = (scout.robot.goal, &self.covered) {
+            return if covered.is_all_covered(mission) {
+                Part::Done
+            } else if self.is_covering() {
+                Part::Open
+            } else {
+                Part::Failed(Status::Lost)
+            };
+        }
+        if hops && mission.terrain.ground(scout.cell).is_none() {
+            return Part::Failed(Status::LeftMap);
+        }
+        let goal = goal_cell(&mission.brief.grid, &scout.robot, 0);
+        let is_taken = hops && goal.is_some_and(|goal| self.is_taken_for_good(number, goal));
+        match scout.standing {
+            Standing::Stranded => Part::Failed(Status::Lost),
+            Standing::GaveUp => Part::Failed(Status::Deadlock),
+            Standing::Done => Part::Done,
+            Standing::Active if is_taken => Part::Failed(Status::Deadlock),
+            Standing::Active => Part::Open,
         }
     }
 
@@ -539,34 +498,13 @@ impl Robots {
 
     /// The message about all robots as of the state of `decision` with `digest`.
     pub fn team(&self, run: RunId, decision: Decision, digest: Digest) -> Team {
-        let mut team = self.scouts.team(run, decision, digest);
-        let members = Arc::make_mut(&mut team.members);
-        for (member, heading) in members.iter_mut().zip(&self.headings) {
-            member.at.heading = *heading;
-        }
-        team
+        self.scouts.team(run, decision, digest)
     }
 }
 
 /// Where hoppers go, which rovers that cover ground keep off.
 fn goals_of_hoppers(mission: &Mission) -> Vec<Cell> {
-    let robots = mission.fleet.iter().flat_map(|fleet| &fleet.robots);
-    let goal = |robot: &Robot| match robot.vehicle {
-        Vehicle::HopperTo { goal } => Some(goal),
-        _ => None,
-    };
-    robots.filter_map(goal).collect()
-}
-
-/// Whether rovers that cover ground are all robots of the mission, whose map tells the truth of what they see.
-fn covers_only(brief: &Brief) -> bool {
-    brief.cover.is_some() && brief.mixed.is_none()
-}
-
-/// How far such a rover sees from a cell, in columns and rows.
-fn view(robot: &Robot, cell: Cell) -> (i32, Cell) {
-    match robot.sensor {
-        Sensor::Square { range_cells } => (range_cells as i32, cell),
-        _ => (0, cell),
-    }
+    let Brief { robots, grid, .. } = &mission.brief;
+    let hoppers = robots.iter().filter(|robot| robot.body.hops());
+    hoppers.filter_map(|robot| goal_cell(grid, robot, 0)).collect()
 }

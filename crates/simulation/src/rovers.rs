@@ -1,6 +1,6 @@
 //! What a step of a rover that covers ground comes to, as it should, by code that shares nothing with the product's.
 
-use contract::{Action, Branch, Cell, Direction, Flight, Outcome, Robot, Vehicle};
+use contract::{Action, Body, Branch, Cell, Direction, Flight, Outcome, Robot, Rover};
 use hopper_sim::Mission;
 
 use crate::covered::index;
@@ -34,7 +34,7 @@ pub(crate) fn outcome(
     let to = beside(from, action);
     let range_m = mission.brief.grid.cell_size_m;
     let rise_m = height_m(mission, to) - height_m(mission, from);
-    let Vehicle::Rover { speed_mps } = robot.vehicle else { return None };
+    let Body::Rover(Rover { speed_mps }) = robot.body else { return None };
     let flight_time_s = libm::hypot(range_m, rise_m) / speed_mps;
     let flight = Flight { range_m, rise_m, flight_time_s, flights: 1, ..Flight::default() };
     Some(Outcome { branch: Branch::Intended, from, to, flight })

@@ -5,14 +5,13 @@
 use std::collections::BTreeMap;
 
 use contract::{
-    Action, Announcement, Branch, Cell, Decision, Digest, Direction, DriveSpeed, Flight, Leader, Outcome,
-    Placement, Pose, Record, Robot, RobotId, RouteId, RunId, Sensor, SpeedPrior, Standing, Team, Travel,
-    Vehicle, Waypoint,
+    Action, Announcement, Body, Branch, Cell, Decision, Digest, Direction, DriveSpeed, Flight, Helicopter,
+    Leader, Outcome, Placement, Record, Robot, RobotId, RouteId, RunId, SpeedPrior, Standing, Team, Travel,
+    Waypoint,
 };
 use helicopter::Swath;
 use hopper_sim::Mission;
 use rover::{Allowance, Drive, DriveEnd, Lattice, Point, SOL_HOURS, Segment, Speed, Surface, Truth, drive};
-use terrain::Terrain;
 use xxhash_rust::xxh3::xxh3_64;
 
 use crate::expected::Shown;
@@ -40,18 +39,12 @@ pub(crate) fn fingerprint(points: &[Waypoint]) -> RouteId {
     RouteId(xxh3_64(&bytes).max(1))
 }
 
-/// The robots of a mission: a hopper alone if there is no fleet.
-fn robots_of(mission: &Mission) -> Vec<Robot> {
-    let start = Placement { cell: mission.brief.start, heading: Direction::North };
-    let alone = || vec![Robot { vehicle: Vehicle::Hopper, sensor: Sensor::Disc, start }];
-    mission.fleet.as_ref().map_or_else(alone, |fleet| fleet.robots.clone())
-}
-
 #[derive(Clone, Debug)]
 pub(crate) struct Scout {
     pub robot: Robot,
     pub at: Waypoint,
     pub cell: Cell,
+    heading: Direction,
     clock_ns: u64,
     pub waits: bool,
     pub actions: u64,
@@ -128,8 +121,7 @@ pub(crate) struct Arrival {
 impl Scouts {
     /// Before the first decision.
     pub fn begin(mission: &Mission) -> Self {
-        let robots = robots_of(mission);
-        let faults = mission.fleet.as_ref().map_or([].as_slice(), |fleet| &fleet.faults);
+        let robots = &mission.brief.robots;
         let grid = mission.brief.grid;
         let lattice = Lattice::new(grid.width as usize, grid.height as usize).expect("a grid is a lattice");
         let speeds = mission.terrain.cells.iter();
@@ -137,15 +129,12 @@ impl Scouts {
             speeds.map(|ground| ground.speed.map_or(Speed::Zero, |speed| Speed::ALL[speed as usize]));
         let heights_m: Vec<f64> = mission.terrain.cells.iter().map(|ground| ground.height_m).collect();
         let scout = |(number, robot): (usize, &Robot)| {
-            let fault = faults.iter().find(|fault| usize::from(fault.robot.0) == number);
-            let at = match robot.vehicle {
-                Vehicle::Driver { start, .. } | Vehicle::Helicopter { start, .. } => start,
-                Vehicle::Rover { .. } | Vehicle::Hopper | Vehicle::HopperTo { .. } => Waypoint::default(),
-            };
+            let fault = mission.faults.iter().find(|fault| usize::from(fault.robot.0) == number);
             Scout {
                 robot: *robot,
-                at,
+                at: robot.start_at,
                 cell: robot.start.cell,
+                heading: robot.start.heading,
                 clock_ns: 0,
                 waits: false,
                 actions: 0,
@@ -158,7 +147,7 @@ impl Scouts {
                 reached: 0,
                 moved: None,
                 flown_m: 0.0,
-                driven: vec![at],
+                driven: vec![robot.start_at],
                 halts: 0,
                 halted: None,
             }
@@ -166,7 +155,7 @@ impl Scouts {
         Self {
             run: mission.brief.run,
             actions_max: mission.brief.limits.steps_max,
-            stages: mission.brief.scout.map_or(1, |scout| scout.stages),
+            stages: mission.brief.sampling.map_or(1, |sampling| sampling.stages),
             hazard_max: mission.brief.guard.hazard_max,
             surface: Surface::from_heights(lattice, &heights_m).expect("heights of all cells"),
             truth: Truth { speeds: speeds.collect() },
@@ -185,14 +174,7 @@ impl Scouts {
     /// Whether that robot is a hopper.
     pub fn is_hopper(&self, robot: RobotId) -> bool {
         let scout = self.scouts.get(usize::from(robot.0));
-        scout.is_some_and(|scout| scout.robot.vehicle.hops())
-    }
-
-    /// Where the hopper begins, if there is one.
-    pub fn hopper_start(&self, terrain: &Terrain) -> Option<Pose> {
-        let hopper = self.scouts.iter().find(|scout| scout.robot.vehicle == Vehicle::Hopper)?;
-        let cell = hopper.robot.start.cell;
-        Some(Pose { cell, height_m: terrain.ground(cell)?.height_m })
+        scout.is_some_and(|scout| scout.robot.body.hops())
     }
 
     /// Who acts next; once nobody does, who acted last.
@@ -284,7 +266,7 @@ impl Scouts {
         if scout.fails_at == Some(scout.actions + 1) {
             return arrival(Branch::Stranded, scout.at, from, (0.0, 1.0));
         }
-        match (action, scout.next(), scout.robot.vehicle) {
+        match (action, scout.next(), scout.robot.body) {
             (Action::Drive, Some(to), _) => {
                 let drive = self.leg(number, to);
                 let took = (drive.length_m, drive.duration_sol * SOL_HOURS * 3600.0);
@@ -295,7 +277,7 @@ impl Scouts {
                     DriveEnd::Arrived => arrival(Branch::Intended, to, self.cell(to), took),
                 }
             }
-            (Action::Fly, Some(to), Vehicle::Helicopter { speed_mps, .. }) => {
+            (Action::Fly, Some(to), Body::Helicopter(Helicopter { speed_mps, .. })) => {
                 let range_m = point(scout.at).distance_m(point(to));
                 arrival(Branch::Intended, to, self.cell(to), (range_m, range_m / speed_mps))
             }
@@ -333,7 +315,7 @@ impl Scouts {
     }
 
     /// The action of a robot that goes from cell to cell has come to `outcome`, which was compared.
-    pub fn hop(&mut self, number: usize, action: Action, outcome: &Outcome) {
+    pub fn in_cells(&mut self, number: usize, action: Action, outcome: &Outcome) {
         self.actor = Some(number);
         let scout = &mut self.scouts[number];
         (self.acted_at_ns, scout.cell) = (scout.clock_ns, outcome.to);
@@ -343,6 +325,8 @@ impl Scouts {
         } else if action == Action::Wait {
             (scout.waits, scout.waited) = (true, scout.waited + 1);
             return;
+        } else if let Action::Step(heading) = action {
+            scout.heading = heading;
         }
         let seconds = outcome.flight.flight_time_s * f64::from(outcome.flight.flights);
         self.busy(number, seconds);
@@ -383,7 +367,7 @@ impl Scouts {
                     return;
                 }
                 Action::Done => {
-                    scout.standing = gave_up(&scout.robot.vehicle);
+                    scout.standing = gave_up(&scout.robot);
                     return;
                 }
                 Action::Announce(_) => (scout.route, scout.reached) = (points, 0),
@@ -408,7 +392,7 @@ impl Scouts {
     fn gather(&mut self, rover: usize) {
         let Scout { at, cell, clock_ns, .. } = self.scouts[rover];
         for scout in &mut self.scouts {
-            let flies = matches!(scout.robot.vehicle, Vehicle::Helicopter { .. });
+            let flies = matches!(scout.robot.body, Body::Helicopter(_));
             if flies && scout.standing == Standing::Active {
                 (scout.at, scout.cell, scout.clock_ns) = (at, cell, scout.clock_ns.max(clock_ns));
                 (scout.route, scout.reached, scout.flown_m) = (None, 0, 0.0);
@@ -441,14 +425,13 @@ impl Scouts {
     /// The message about all robots as of the state of `decision` with `digest`.
     pub fn team(&self, run: RunId, decision: Decision, digest: Digest) -> Team {
         let member = |scout: &Scout| contract::Member {
-            robot: scout.robot,
-            at: Placement { cell: scout.cell, ..scout.robot.start },
+            at: Placement { cell: scout.cell, heading: scout.heading },
             ready_at_ns: scout.clock_ns,
             standing: scout.standing,
             waits: scout.waits,
             leader: scout.leader,
             last: scout.last,
-            travel: scout.robot.vehicle.start().map(|_| scout.travel()),
+            travel: scout.robot.body.along_route().map(|_| scout.travel()),
         };
         let members = self.scouts.iter().map(member).collect();
         let actor = self.actor.map(|actor| RobotId(actor as u16));
@@ -458,17 +441,17 @@ impl Scouts {
     /// Where the robot that is due stands, and how far it may still fly; `None` if that is the rover.
     pub fn due_at(&self) -> (Waypoint, Option<f64>) {
         let scout = &self.scouts[usize::from(self.due().0)];
-        let left_m = match scout.robot.vehicle {
-            Vehicle::Helicopter { budget_m, .. } => Some(budget_m - scout.flown_m),
-            _ => None,
+        let left_m = match scout.robot.body {
+            Body::Helicopter(Helicopter { budget_m, .. }) => Some(budget_m - scout.flown_m),
+            Body::Hopper(_) | Body::Rover(_) | Body::Driver(_) => None,
         };
         (scout.at, left_m)
     }
 }
 
 /// How a robot stands that acts no more by its own choice: a helicopter's task is never done.
-pub(crate) fn gave_up(vehicle: &Vehicle) -> Standing {
-    if matches!(vehicle, Vehicle::Helicopter { .. }) { Standing::Done } else { Standing::GaveUp }
+pub(crate) fn gave_up(robot: &Robot) -> Standing {
+    if robot.body.is_on_ground() { Standing::GaveUp } else { Standing::Done }
 }
 
 pub(crate) fn point(at: Waypoint) -> Point {

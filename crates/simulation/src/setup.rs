@@ -4,11 +4,12 @@ use std::sync::LazyLock;
 
 use contract::limits::TREASURES_MAX;
 use contract::{
-    Brief, Cell, Cover, CoverMode, Direction, Grid, Ground, Guard, Limits, Name, Patrol, Placement, Profile,
-    Robot, RobotId, RobotSet, RunId, Sensor, Soil, Vehicle,
+    Account, Body, Brief, Cell, Cover, CoverMode, Direction, Goal, GradientSource, Grid, Ground, Guard,
+    Limits, MotionParameters, Name, Placement, Profile, Robot, RobotId, RobotSet, Robots, Rover, RunId,
+    Sensor, SensorParameters, Soil, Square, Visit, Waypoint,
 };
 use hopper_sim::{Mission, Pace};
-use scenario::{Fault, Fleet};
+use scenario::Fault;
 use serde::Serialize;
 use terrain::Terrain;
 
@@ -39,7 +40,7 @@ pub enum Missions {
     Scouts,
     /// A hopper, and one or two helicopters that look ahead for it.
     Accompanied,
-    /// Two to five robots of any kind, each with a task of its own.
+    /// Two to five robots of any kind, each with a goal of its own.
     Mixed,
 }
 
@@ -55,7 +56,7 @@ pub struct Seat {
 /// Everything about a simulation that is no fault.
 #[derive(Clone, Debug)]
 pub struct Setup {
-    /// The vehicles of the mission.
+    /// Whose missions they are.
     pub missions: Missions,
     /// The mission that is begun first.
     pub mission: Mission,
@@ -256,32 +257,30 @@ fn rover_mission(seed: u64, number: u64) -> Mission {
     };
     let cells = grid.iter().map(|cell| ground(cell, &mut chance)).collect();
     let robot = |start: &Cell| Robot {
-        vehicle: Vehicle::Rover { speed_mps: chance.pick(&[0.3, 0.5, 1.0, 1.0, 2.0]) },
-        sensor: Sensor::Square { range_cells: chance.pick(&[1, 1, 2]) },
+        body: Body::Rover(Rover { speed_mps: chance.pick(&[0.3, 0.5, 1.0, 1.0, 2.0]) }),
+        sensor: Sensor::Square(Square { range_cells: chance.pick(&[1, 1, 2]) }),
         start: Placement { cell: *start, heading: chance.pick(&Direction::ALL) },
+        start_at: Waypoint::middle_of(&grid, *start),
+        goal: Goal::Cover(Cover::default()),
+        required: true,
     };
-    let robots: Vec<Robot> = starts.iter().map(robot).collect();
+    let mut robots: Vec<Robot> = starts.iter().map(robot).collect();
     let fault = |robot: RobotId| chance.one_in(6).then(|| Fault { robot, action: chance.between(2, 9) });
     let faults = (0..count).map(RobotId).filter_map(fault).collect();
-    let brief = brief_of(&mut chance, count, grid);
+    let brief = brief_of(&mut chance, Account::ActionsWithoutWaits, grid);
     let deadline_ns = guard(seed, number).deadline_ns;
-    let brief = Brief {
-        start: starts[0],
-        goal: starts[0],
-        limits: Limits { steps_max: chance.between(8, 24), decision_budget_ns: 600_000_000 },
-        guard: Guard { deadline_ns, ..BRIEF.guard },
-        cover: Some(Cover {
-            percent: chance.pick(&[60, 90, 100]),
-            mode: chance.pick(&[CoverMode::Overlap, CoverMode::Voronoi]),
-        }),
-        ..brief
+    let limits = Limits { steps_max: chance.between(8, 24), decision_budget_ns: 600_000_000 };
+    let cover = Cover {
+        percent: chance.pick(&[60, 90, 100]),
+        mode: chance.pick(&[CoverMode::Overlap, CoverMode::Voronoi]),
     };
-    let fleet = Some(Fleet { robots, faults });
+    robots.iter_mut().for_each(|robot| robot.goal = Goal::Cover(cover));
+    let brief = Brief { limits, guard: Guard { deadline_ns, ..BRIEF.guard }, robots: team(&robots), ..brief };
     Mission {
         brief,
         terrain: Terrain { grid, cells, treasures: Vec::new(), prior: Vec::new() }.into(),
         seed: chance.bits(),
-        fleet,
+        faults,
     }
 }
 
@@ -301,35 +300,49 @@ fn hopper_mission(seed: u64, number: u64) -> Mission {
     let cells = grid.iter().map(|cell| ground(&mut chance, grid, &heights, cell, &[start, goal])).collect();
     let treasures =
         grid.iter().filter(|cell| *cell != start && chance.one_in(14)).take(TREASURES_MAX).collect();
-    let brief = brief_of(&mut chance, 1, grid);
+    let brief = brief_of(&mut chance, Account::Hopper, grid);
     let mut brief = Brief {
         profile: chance.pick(&Profile::ALL),
-        start,
-        goal,
         limits: Limits { steps_max: chance.between(16, 48), decision_budget_ns: 600_000_000 },
         guard: guard(seed, number),
-        patrol: patrol(seed, number, goal, start),
         ..brief
     };
-    brief.sensor.gradient = if brief.profile == Profile::Hopper {
-        contract::GradientSource::SeenDifferences
-    } else {
-        contract::GradientSource::Measured
-    };
+    let is_measured = brief.profile == Profile::Paper2023;
     // Radii of 1 to 4 m, so that discs differ from landing to landing.
-    (brief.sensor.gain, brief.sensor.offset_m) = (chance.pick(&[2.0, 2.5]), 0.4);
-    (brief.sensor.radius_min_m, brief.sensor.radius_max_m) = (1.0, 4.0);
+    let sensor = SensorParameters {
+        gain: chance.pick(&[2.0, 2.5]),
+        offset_m: 0.4,
+        radius_min_m: 1.0,
+        radius_max_m: 4.0,
+        gradient: if is_measured { GradientSource::Measured } else { GradientSource::SeenDifferences },
+    };
     brief.payoff.treasure = chance.pick(&[0.0, 10.0, 60.0]);
+    let mut hopper = Robot::hopper(&grid, motion(), sensor, [start, goal]);
+    if let Some(visit) = visits(seed, number, [goal, start]) {
+        hopper.goal = Goal::Visit(visit);
+    }
+    brief.robots = team(&[hopper]);
     Mission {
         brief,
         terrain: Terrain { grid, cells, treasures, prior: Vec::new() }.into(),
         seed: chance.bits(),
-        fleet: None,
+        faults: Vec::new(),
     }
 }
 
+/// How hops of the paper's hopper slip and drift.
+fn motion() -> MotionParameters {
+    let (motion, _) = BRIEF.robots[0].as_hopper().expect("the built-in scenario is a hopper's");
+    *motion
+}
+
+/// The robots of a small mission.
+fn team(robots: &[Robot]) -> Robots {
+    Robots::new(robots).expect("small missions have few robots")
+}
+
 /// What the briefs of all missions have in common: a run and a scenario of their own.
-fn brief_of(chance: &mut Chance, robots: u16, grid: Grid) -> Brief {
+fn brief_of(chance: &mut Chance, account: Account, grid: Grid) -> Brief {
     let mut scenario_hash = [0; 32];
     scenario_hash[..8].copy_from_slice(&chance.bits().to_le_bytes());
     Brief {
@@ -337,7 +350,7 @@ fn brief_of(chance: &mut Chance, robots: u16, grid: Grid) -> Brief {
         scenario: "simulated".parse().expect("a name"),
         scenario_hash,
         profile: Profile::Hopper,
-        robots,
+        account,
         grid,
         ..*BRIEF
     }
@@ -356,11 +369,11 @@ fn heights(chance: &mut Chance, grid: Grid) -> Vec<f64> {
     grid.iter().map(|cell| range_m * place(cell) + 0.3 * chance.unit() - 0.1).collect()
 }
 
-/// Now and then a patrol there and back.
-fn patrol(seed: u64, number: u64, goal: Cell, start: Cell) -> Option<Patrol> {
+/// Now and then visits there and back.
+fn visits(seed: u64, number: u64, goals: [Cell; 2]) -> Option<Visit> {
     let mut chance = Chance::new(seed ^ number.rotate_left(32), "patrol");
     let hops_max = chance.between(12, 40);
-    chance.one_in(5).then(|| Patrol::new(&[goal, start], hops_max).expect("start and goal differ"))
+    chance.one_in(5).then(|| Visit::new(&goals, hops_max).expect("start and goal differ"))
 }
 
 /// The guard of a mission: none, one that forbids but the grossest, one that forbids much or all that is

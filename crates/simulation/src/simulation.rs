@@ -42,7 +42,7 @@ pub fn simulate(plan: &Plan, traced: bool) -> Report {
     run(plan, None, traced)
 }
 
-/// Simulates `plan` on a mission of the caller's, whose vehicles are those that the plan is made
+/// Simulates `plan` on a mission of the caller's, whose robots are those that the plan is made
 /// for.
 #[must_use]
 pub fn simulate_given(plan: &Plan, given: &Given, traced: bool) -> Report {

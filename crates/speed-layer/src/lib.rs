@@ -7,7 +7,7 @@
 
 use std::collections::BTreeMap;
 
-use contract::{DriveSpeed, Ground, Member, PriorCell, SpeedPrior};
+use contract::{DriveSpeed, Ground, PriorCell, Robot, SpeedPrior};
 use helicopter::{Sensor, Sighting};
 use rover::{Speed, SpeedDistribution};
 
@@ -56,16 +56,16 @@ pub struct SpeedLayer {
 }
 
 impl SpeedLayer {
-    /// The layer of a prior; `members` are the robots, whose cameras may err.
+    /// The layer of a prior; of the `robots`, cameras may err.
     #[must_use]
-    pub fn new(prior: &[PriorCell], members: &[Member]) -> Self {
-        Self::of_speeds(prior.iter().map(|cell| &cell.speeds), members)
+    pub fn new(prior: &[PriorCell], robots: &[Robot]) -> Self {
+        Self::of_speeds(prior.iter().map(|cell| &cell.speeds), robots)
     }
 
     /// The layer of these probabilities, in index order.
     #[must_use]
-    pub fn of_speeds<'a>(prior: impl Iterator<Item = &'a SpeedPrior>, members: &[Member]) -> Self {
-        let mut accuracies = members.iter().filter_map(|member| member.robot.sensor.accuracy());
+    pub fn of_speeds<'a>(prior: impl Iterator<Item = &'a SpeedPrior>, robots: &[Robot]) -> Self {
+        let mut accuracies = robots.iter().filter_map(|robot| robot.sensor.accuracy());
         let camera = accuracies.next().and_then(|accuracy| Sensor::with_accuracy(accuracy).ok());
         let mut known = BTreeMap::new();
         let mut layer = Self { rows: Vec::new(), codes: Vec::new() };

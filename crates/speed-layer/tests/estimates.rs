@@ -3,13 +3,21 @@
 // Helpers of tests are not recognised as tests.
 #![allow(clippy::unwrap_used)]
 
-use contract::{Cell, Direction, DriveSpeed, Member, Placement, Robot, SpeedPrior, Vehicle, Waypoint};
+use contract::{
+    Body, Camera, Cell, Direction, DriveSpeed, ErringCamera, Goal, Helicopter, LookAhead, Placement, Robot,
+    Sensor, SpeedPrior, Waypoint,
+};
 use speed_layer::{SPREAD_MAX_M_PER_SOL, SpeedEstimate, SpeedLayer};
 
-fn helicopter(sensor: contract::Sensor) -> Member {
-    let start = Placement { cell: Cell::new(0, 0), heading: Direction::North };
-    let vehicle = Vehicle::Helicopter { start: Waypoint::default(), speed_mps: 5.0, budget_m: 300.0 };
-    Member::at_start(Robot { vehicle, sensor, start })
+fn helicopter(sensor: Sensor) -> Robot {
+    Robot {
+        body: Body::Helicopter(Helicopter { speed_mps: 5.0, budget_m: 300.0 }),
+        sensor,
+        start: Placement { cell: Cell::new(0, 0), heading: Direction::North },
+        start_at: Waypoint::default(),
+        goal: Goal::LookAhead(LookAhead {}),
+        required: false,
+    }
 }
 
 fn priors() -> Vec<SpeedPrior> {
@@ -23,8 +31,8 @@ fn priors() -> Vec<SpeedPrior> {
 #[test]
 fn the_layer_is_what_planners_count_with() {
     let accuracy = 0.8;
-    let members = [helicopter(contract::Sensor::ErringCamera { radius_m: 25.0, accuracy })];
-    let layer = SpeedLayer::of_speeds(priors().iter(), &members);
+    let robots = [helicopter(Sensor::ErringCamera(ErringCamera { radius_m: 25.0, accuracy }))];
+    let layer = SpeedLayer::of_speeds(priors().iter(), &robots);
     assert_eq!((layer.rows().len(), layer.codes()), (2, &[0, 0, 1, 0][..]), "one row a distribution");
     let unseen = layer.estimate(1, None, None).unwrap();
     assert_eq!((unseen.mean_m_per_sol, unseen.sd_m_per_sol), (100.0, SPREAD_MAX_M_PER_SOL));
@@ -42,7 +50,7 @@ fn the_layer_is_what_planners_count_with() {
 
 #[test]
 fn without_a_camera_that_errs_readings_say_nothing() {
-    let members = [helicopter(contract::Sensor::Camera { radius_m: 25.0 })];
-    let layer = SpeedLayer::of_speeds(priors().iter(), &members);
+    let robots = [helicopter(Sensor::Camera(Camera { radius_m: 25.0 }))];
+    let layer = SpeedLayer::of_speeds(priors().iter(), &robots);
     assert!(layer.rows().iter().all(|row| row.read == [row.unseen; 4]));
 }

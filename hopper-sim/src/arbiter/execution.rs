@@ -1,6 +1,6 @@
 //! What a command comes to, and what is done where none comes in time.
 
-use contract::{Action, Brief, Command, Leader, MonotonicNs, Origin, Policy, Record, State, Timing};
+use contract::{Account, Action, Brief, Command, Leader, MonotonicNs, Origin, Policy, Record, State, Timing};
 
 use super::{Arbiter, Effect, Phase};
 use crate::ROBOT;
@@ -87,8 +87,8 @@ impl Arbiter {
     pub(super) fn keep(&mut self, policy: Policy) {
         let Brief { run, guard, grid, .. } = self.mission.brief;
         let fits = policy.run == run && policy.robot == ROBOT && policy.cells.len() == grid.cells();
-        // A policy leads to one goal, and hoppers of a mixed mission have one each.
-        let fits = fits && self.mission.brief.mixed.is_none();
+        // A policy leads to one goal, and each of several hoppers has its own.
+        let fits = fits && self.mission.brief.account == Account::Hopper;
         if guard.deadline_ns > 0 && fits && policy.decision <= self.state.decision.next() {
             self.policy = Some(policy);
         }

@@ -99,8 +99,9 @@ impl Arbiter {
     ) -> Self {
         let brief = &mission.brief;
         assert!(mission.terrain.grid == brief.grid, "the terrain lies on the grid of the brief");
-        let start = mission.terrain.ground(brief.start).expect("the start lies on the grid");
-        let mut robots = RobotTeam::new(brief, &mission.terrain, mission.fleet.as_ref());
+        let first = brief.robots[0].start.cell;
+        let start = mission.terrain.ground(first).expect("the start lies on the grid");
+        let mut robots = RobotTeam::new(brief, &mission.terrain, &mission.faults);
         let (status, visits) = robots.opening();
         if let Some(last) = last
             && !brief.has_team()
@@ -117,7 +118,7 @@ impl Arbiter {
                 visits,
                 status,
                 leader: Leader::default(),
-                pose: Pose { cell: brief.start, height_m: start.height_m },
+                pose: Pose { cell: first, height_m: start.height_m },
                 collected: Collected::default(),
                 vetoed: Vetoed::NONE,
                 last: None,

@@ -78,9 +78,9 @@ impl Audit {
     /// # Panics
     /// If the ground is another mission's.
     pub fn new(header: &JournalHeader, terrain: Option<Arc<Terrain>>) -> Self {
-        let JournalHeader { brief, seed, fleet, .. } = header;
+        let JournalHeader { brief, seed, faults, .. } = header;
         let mission =
-            terrain.map(|terrain| Mission { brief: *brief, terrain, seed: *seed, fleet: fleet.clone() });
+            terrain.map(|terrain| Mission { brief: *brief, terrain, seed: *seed, faults: faults.clone() });
         let begin = |mission| Arbiter::new(mission, None, Pace::Max, 0, MonotonicNs(0)).without_deadlines();
         let arbiter = mission.map(|mission| Box::new(begin(mission)));
         Self {
@@ -90,7 +90,7 @@ impl Audit {
             status: arbiter.as_ref().map_or_else(|| opening_status(brief), |arbiter| arbiter.state().status),
             leaders: BTreeMap::new(),
             arbiter,
-            alone: (brief.start, 0, brief.reading.opening_steps),
+            alone: (brief.robots[0].start.cell, 0, brief.reading.opening_steps),
         }
     }
 
@@ -132,8 +132,8 @@ impl Audit {
                 record.status.to_string(),
             ));
         }
-        if record.robot.0 >= self.brief.robots {
-            let need = format!("a robot below {}", self.brief.robots);
+        if record.robot.0 >= self.brief.robots.count() {
+            let need = format!("a robot below {}", self.brief.robots.count());
             return Err(("robot", need, record.robot.to_string()));
         }
         self.may_lead(record)?;

@@ -10,9 +10,9 @@
 use std::io;
 use std::path::Path;
 
-use contract::wire::BriefV9;
+use contract::wire::{BriefV10, RobotV1, brief_from_wire};
 use contract::{Brief, Limits, Name, RunId};
-use scenario::{Difference, Fleet, ResolvedScenario, Scenario, ScenarioError};
+use scenario::{Difference, Fault, ResolvedScenario, Scenario, ScenarioError};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
@@ -46,9 +46,9 @@ pub struct JournalHeader {
     pub seed: u64,
     /// The resolved scenario in its canonical text.
     pub resolved: String,
-    /// The robots, if the mission is not a single hopper's.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub fleet: Option<Fleet>,
+    /// How robots will fail.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub faults: Vec<Fault>,
 }
 
 impl JournalHeader {
@@ -56,7 +56,7 @@ impl JournalHeader {
     /// [`JournalHeader::with_run`] gives it one.
     #[must_use]
     pub fn new(world: &ResolvedScenario, seed: u64) -> Self {
-        Self { brief: world.brief, seed, resolved: world.resolved.clone(), fleet: world.fleet.clone() }
+        Self { brief: world.brief, seed, resolved: world.resolved.clone(), faults: world.faults.clone() }
     }
 
     /// The header of the same mission as another run.
@@ -86,7 +86,7 @@ impl JournalHeader {
         // The same scenario, read differently by another version of the program.
         let limits = Limits { decision_budget_ns: need_brief.limits.decision_budget_ns, ..got_brief.limits };
         agree("brief", need_brief, &Brief { run: need_brief.run, limits, ..*got_brief })?;
-        agree("fleet", &self.fleet, &got.fleet)?;
+        agree("faults", &self.faults, &got.faults)?;
         Ok(())
     }
 
@@ -164,11 +164,10 @@ impl JournalHeader {
         if let Some(field) = unknown_field(&written, &known) {
             return Err(JournalError::UnknownField { path: path.into(), field: excerpt(&field), version });
         }
-        if header.fleet.is_some() != header.brief.has_team() {
-            return Err(parts.bad("brief and robots are of different missions".into()));
-        }
         // The bounds of the wire are those of the journal too; they are stated there.
-        Brief::try_from(&BriefV9::from(&header.brief)).map_err(|refusal| parts.bad(refusal.to_string()))?;
+        let robots: Vec<RobotV1> = header.brief.robots.iter().map(RobotV1::from).collect();
+        brief_from_wire(&BriefV10::from(&header.brief), &robots)
+            .map_err(|refusal| parts.bad(refusal.to_string()))?;
         Ok((header, parts.offset))
     }
 }

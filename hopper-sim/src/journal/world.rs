@@ -22,7 +22,7 @@ impl From<Disagreement> for NoWorld {
 }
 
 impl JournalHeader {
-    /// Resolves the scenario again and compares what follows from it with the header: all of the brief but the run, and the robots.
+    /// Resolves the scenario again and compares what follows from it with the header: all of the brief but the run, and how robots fail.
     pub(super) fn world(&self) -> Result<ResolvedScenario, NoWorld> {
         let scenario = self.scenario()?;
         let names_files = scenario.names_files();
@@ -42,7 +42,7 @@ impl JournalHeader {
         }
         let Brief { run, scenario_hash, .. } = self.brief;
         agree("brief", &Brief { run, scenario_hash, ..need.brief }, &self.brief)?;
-        agree("fleet", &need.fleet, &self.fleet)?;
+        agree("faults", &need.faults, &self.faults)?;
         match has_other_hash {
             false => Ok(world),
             true if names_files => Err(other_contents()),

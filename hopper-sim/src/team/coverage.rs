@@ -1,6 +1,6 @@
 //! How much of the ground rovers have covered, and what is left for each.
 
-use contract::{Brief, Cell, Cover, CoverMode, RobotId, Standing, Vehicle};
+use contract::{Brief, Cell, Cover, Goal, RobotId, Standing};
 use coverage_world::Progress;
 use terrain::Terrain;
 
@@ -23,15 +23,15 @@ impl Coverage {
     /// If a robot starts off the grid; scenarios are checked.
     #[must_use]
     pub fn new(roster: &mut Roster, brief: &Brief, terrain: &Terrain) -> Self {
-        let covers = |entry: &Entry| matches!(entry.robot.vehicle, Vehicle::Rover { .. });
         let (rovers, starts): (Vec<RobotId>, Vec<Cell>) = roster
             .entries()
             .filter(|(_, entry)| covers(entry))
             .map(|(robot, entry)| (robot, entry.at.cell))
             .unzip();
-        let Cover { percent, mode } = brief.cover.unwrap_or(Cover { percent: 100, mode: CoverMode::Overlap });
+        let Cover { percent, mode } = brief.cover().unwrap_or_default();
+        let hoppers = roster.entries().filter(|(_, entry)| entry.robot.body.hops());
         let goals: Vec<Cell> =
-            roster.entries().filter_map(|(_, entry)| entry.robot.vehicle.hop_goal()).collect();
+            hoppers.filter_map(|(_, entry)| entry.robot.goal.cell(&brief.grid, 0)).collect();
         let is_open = |cell| is_free(terrain, cell) && !goals.contains(&cell);
         let mut progress = Progress::new(brief.grid, is_open, &starts, mode, percent);
         for (robot, start) in starts.iter().enumerate() {
@@ -79,10 +79,8 @@ impl Coverage {
     pub fn close_ways(&mut self, roster: &mut Roster, terrain: &Terrain) {
         let stays = |entry: &Entry| match entry.standing {
             Standing::Active => false,
-            Standing::Stranded => entry.robot.vehicle.is_on_ground(),
-            Standing::Done | Standing::GaveUp => {
-                entry.robot.vehicle.is_on_ground() && !matches!(entry.robot.vehicle, Vehicle::Rover { .. })
-            }
+            Standing::Stranded => entry.robot.body.is_on_ground(),
+            Standing::Done | Standing::GaveUp => entry.robot.body.is_on_ground() && !covers(entry),
         };
         let stopped = roster.entries().filter(|(_, entry)| stays(entry)).map(|(_, entry)| entry.at.cell);
         let closed: Vec<Cell> = stopped.chain(self.goals.iter().copied()).collect();
@@ -102,6 +100,10 @@ impl Coverage {
             }
         }
     }
+}
+
+fn covers(entry: &Entry) -> bool {
+    matches!(entry.robot.goal, Goal::Cover(_))
 }
 
 /// Whether a ground robot can stand on `cell`.

@@ -4,7 +4,6 @@
 //! acts; what the action has come to is noted in the order of turns, on the routes and in what is covered; it looks around; its
 //! goal is reached or cannot be any more (`part`). A hopper alone is a team of one.
 
-mod account;
 mod body;
 mod coverage;
 mod part;
@@ -14,17 +13,16 @@ mod turn_order;
 mod uncertain_ground;
 
 use contract::{
-    Action, Announcement, Branch, Brief, Cell, Flight, Leader, Outcome, Placement, Policy, Pose, Record,
-    Refusal, RobotId, RobotSet, Route, RouteId, Sensor, Standing, State, Status, Team, Vehicle, Waypoint,
+    Account, Action, Announcement, Body, Branch, Brief, Cell, Flight, Goal, Leader, Outcome, Placement,
+    Policy, Pose, Record, Refusal, RobotId, Route, RouteId, Sensor, Standing, State, Status, Team, Waypoint,
 };
 use rover::Drive;
-use scenario::Fleet;
+use scenario::Fault;
 use terrain::Terrain;
 
 use crate::Mission;
 use crate::dynamics::Execution;
 use crate::guard::Fallback;
-use account::Account;
 use body::Movement;
 use coverage::Coverage;
 use roster::{Act, Roster, Turn};
@@ -36,9 +34,6 @@ use uncertain_ground::UncertainGround;
 #[derive(Clone, Debug)]
 pub struct RobotTeam {
     brief: Brief,
-    account: Account,
-    /// The robots whose goals decide the mission.
-    required: RobotSet,
     roster: Roster,
     travels: Travels,
     /// Ground of uncertain speed, if robots drive on it.
@@ -48,27 +43,19 @@ pub struct RobotTeam {
 }
 
 impl RobotTeam {
-    /// The robots before their first action, a hopper alone if there is no fleet; who has nothing to do is done.
+    /// The robots before their first action, of which some will fail; who has nothing to do is done.
     ///
     /// # Panics
-    /// If fleet, terrain and brief are not of one scenario.
+    /// If faults, terrain and brief are not of one scenario.
     #[must_use]
-    pub fn new(brief: &Brief, terrain: &Terrain, fleet: Option<&Fleet>) -> Self {
-        let mut roster = Roster::new(brief, fleet);
-        let starts = roster.entries().map(|(_, entry)| entry.robot.vehicle.start());
-        let travels = Travels::new(starts);
-        let has =
-            |is_one: fn(Vehicle) -> bool| roster.entries().any(|(_, entry)| is_one(entry.robot.vehicle));
-        let drives = has(|vehicle| matches!(vehicle, Vehicle::Driver { .. }));
-        let covers = has(|vehicle| matches!(vehicle, Vehicle::Rover { .. }));
+    pub fn new(brief: &Brief, terrain: &Terrain, faults: &[Fault]) -> Self {
+        let mut roster = Roster::new(brief, faults);
+        let travels = Travels::new(brief);
+        let covers = brief.robots.iter().any(|robot| matches!(robot.goal, Goal::Cover(_)));
+        let drives = brief.robots.iter().any(|robot| robot.body.drives());
         let ground = drives.then(|| UncertainGround::new(&roster, brief, terrain));
         let coverage = covers.then(|| Coverage::new(&mut roster, brief, terrain));
-        let required = match brief.mixed {
-            Some(mixed) => mixed.required,
-            None => required(&roster),
-        };
-        let account = Account::of(brief);
-        let mut team = Self { brief: *brief, account, required, roster, travels, ground, coverage };
+        let mut team = Self { brief: *brief, roster, travels, ground, coverage };
         for robot in (0..team.count()).map(RobotId) {
             team.look_around(terrain, robot);
             team.end_if_over(terrain, robot, brief.reading.opening_steps);
@@ -117,14 +104,14 @@ impl RobotTeam {
     }
 
     fn refusal_of(&self, terrain: &Terrain, robot: RobotId, action: Action) -> Option<Refusal> {
-        body::of(self.vehicle(robot)).refusal(self, terrain, robot, action)
+        body::of(self.body(robot)).refusal(self, terrain, robot, action)
     }
 
     /// Whether the robot that is due may follow the policy of its planner at a deadline: a policy leads to one goal, and hoppers
     /// of a mixed mission have one each.
     #[must_use]
     pub fn follows_policies(&self) -> bool {
-        self.account == Account::Hopper && self.due().is_some_and(|robot| self.vehicle(robot).hops())
+        self.brief.account == Account::Hopper && self.due().is_some_and(|robot| self.body(robot).hops())
     }
 
     /// What the robot that is due does at the deadline. `visits` are those of the state; the policy is that of the planner in
@@ -135,7 +122,7 @@ impl RobotTeam {
     #[must_use]
     pub fn fallback(&self, terrain: &Terrain, visits: u64, policy: Option<&Policy>) -> Fallback {
         let robot = self.due().expect("a mission underway has a robot that is due");
-        body::of(self.vehicle(robot)).fallback(self, terrain, robot, visits, policy)
+        body::of(self.body(robot)).fallback(self, terrain, robot, visits, policy)
     }
 
     /// Executes `action`, which was not refused, at the decision of `state` of the robot that is due, and takes note of it.
@@ -153,10 +140,10 @@ impl RobotTeam {
         let (terrain, decision) = (&mission.terrain, state.decision);
         let act = Act { robot, decision, leader, action };
         self.travels.keep_announced(robot, action);
-        let movement = body::of(self.vehicle(robot)).movement(self, mission, &act);
+        let movement = body::of(self.body(robot)).movement(self, mission, &act);
         let outcome = movement.outcome();
         let (hops, lands) =
-            (self.vehicle(robot).hops(), outcome.branch != Branch::Stranded && action != Action::Wait);
+            (self.body(robot).hops(), outcome.branch != Branch::Stranded && action != Action::Wait);
         let ground = |cell| terrain.ground(cell);
         let steps = match ground(outcome.from) {
             Some(ground) if hops && lands => state.steps + motion::steps(ground.soil, action, outcome.branch),
@@ -171,7 +158,7 @@ impl RobotTeam {
         } else {
             state.collected
         };
-        let (pose, steps, visits) = match self.account {
+        let (pose, steps, visits) = match self.brief.account {
             Account::Hopper if hops => {
                 let visits = lands && self.brief.is_visit(state.visits, outcome.to);
                 (pose, steps, state.visits + u64::from(visits))
@@ -189,7 +176,7 @@ impl RobotTeam {
     /// If another robot was due; the digest chain of a journal is checked when it is opened.
     pub fn recall(&mut self, terrain: &Terrain, record: &Record) {
         let Record { robot, decision, leader, action, steps, .. } = *record;
-        let movement = body::of(self.vehicle(robot)).recalled(self, record);
+        let movement = body::of(self.body(robot)).recalled(self, record);
         self.take(terrain, &Act { robot, decision, leader, action }, &movement, steps);
     }
 
@@ -233,9 +220,7 @@ impl RobotTeam {
         if is_stranded {
             self.roster.end(robot, Standing::Stranded);
         }
-        if let (Some(coverage), Vehicle::Rover { .. }) =
-            (&mut self.coverage, self.roster.entry(robot).robot.vehicle)
-        {
+        if let (Some(coverage), Goal::Cover(_)) = (&mut self.coverage, self.roster.entry(robot).robot.goal) {
             coverage.visit(&mut self.roster, robot);
         }
     }
@@ -269,10 +254,8 @@ impl RobotTeam {
         let (Some(uncertain), entry) = (&mut self.ground, self.roster.entry(robot)) else { return };
         let (grid, at) = (self.brief.grid, entry.at.cell);
         let (is_disc, reach_cells) = match (entry.robot.sensor, terrain.ground(at)) {
-            (Sensor::Disc, Some(ground)) => {
-                (true, self.brief.sensor_of(robot).reach_cells(&grid, ground.height_m))
-            }
-            (Sensor::Square { range_cells }, Some(_)) => (false, f64::from(range_cells)),
+            (Sensor::Disc(disc), Some(ground)) => (true, disc.reach_cells(&grid, ground.height_m)),
+            (Sensor::Square(square), Some(_)) => (false, f64::from(square.range_cells)),
             _ => return,
         };
         let clip = |at: i32, side: u32| {
@@ -295,7 +278,7 @@ impl RobotTeam {
     /// # Errors
     /// If the mission has no such robot, or its robots have no routes.
     pub fn offer(&mut self, announcement: Announcement) -> Result<(), Refusal> {
-        if self.roster.entries().all(|(_, entry)| entry.robot.vehicle.along_route().is_none()) {
+        if !self.brief.has_routes() {
             return Err(Refusal::malformed("route", "a mission whose robots have routes", "another"));
         }
         self.travels.offer(announcement)
@@ -318,8 +301,8 @@ impl RobotTeam {
         self.roster.team(state, |robot| self.travels.get(robot))
     }
 
-    fn vehicle(&self, robot: RobotId) -> Vehicle {
-        self.roster.entry(robot).robot.vehicle
+    fn body(&self, robot: RobotId) -> Body {
+        self.roster.entry(robot).robot.body
     }
 
     /// Whether a point lies on the map.
@@ -337,12 +320,6 @@ impl RobotTeam {
             None => at.cell_of(&self.brief.grid),
         }
     }
-}
-
-/// The robots that have a goal: all but those that look ahead for others.
-fn required(roster: &Roster) -> RobotSet {
-    let with_goals = roster.entries().filter(|(_, entry)| entry.robot.vehicle.is_on_ground());
-    with_goals.fold(RobotSet::NONE, |set, (robot, _)| set.with(robot))
 }
 
 /// How long an action of a robot that goes from cell to cell lasts, seconds.

@@ -6,12 +6,12 @@
 //! hopper on whose goal another robot has stopped for good. Others that fail end their own part only. Helicopters look ahead
 //! for others: they have nothing to reach, and no mission requires them.
 
-use contract::{Cell, RobotId, Standing, Status, Vehicle};
+use contract::{Account, Cell, Goal, RobotId, RobotSet, Standing, Status};
 use terrain::Terrain;
 
+use super::RobotTeam;
 use super::coverage::Coverage;
 use super::travels::START_TOLERANCE_M;
-use super::{Account, RobotTeam};
 
 /// How the goal of a robot stands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -26,7 +26,7 @@ impl RobotTeam {
     pub(super) fn status(&self, steps: u64) -> Status {
         let roster = &self.roster;
         let mut is_open = false;
-        for robot in self.required.of(roster.count()).iter() {
+        for robot in self.required().iter() {
             match self.part(robot) {
                 Part::Done => {}
                 Part::Open => is_open = true,
@@ -45,10 +45,10 @@ impl RobotTeam {
     /// Whether the mission has no more steps.
     fn is_out_of_steps(&self, steps: u64) -> bool {
         let roster = &self.roster;
-        match self.account {
-            Account::Hopper => self.brief.patrol.is_none() && steps >= self.brief.limits.steps_max,
+        match self.brief.account {
+            Account::Hopper => self.brief.visits().is_none() && steps >= self.brief.limits.steps_max,
             Account::Actions | Account::ActionsWithoutWaits => {
-                roster.due().is_some_and(|robot| self.required.has(robot) && roster.is_spent(robot))
+                roster.due().is_some_and(|robot| self.is_required(robot) && roster.is_spent(robot))
             }
         }
     }
@@ -57,7 +57,7 @@ impl RobotTeam {
     fn part(&self, robot: RobotId) -> Part {
         let roster = &self.roster;
         let entry = roster.entry(robot);
-        if let (Vehicle::Rover { .. }, Some(coverage)) = (entry.robot.vehicle, &self.coverage) {
+        if let (Goal::Cover(_), Some(coverage)) = (entry.robot.goal, &self.coverage) {
             return if coverage.is_covered() {
                 Part::Done
             } else if coverage.is_at_work(roster) {
@@ -66,25 +66,37 @@ impl RobotTeam {
                 Part::Failed(Status::Lost)
             };
         }
-        match (entry.standing, entry.robot.vehicle) {
-            (Standing::Stranded, vehicle) if vehicle.hops() && !self.brief.grid.contains(entry.at.cell) => {
+        match entry.standing {
+            Standing::Done => Part::Done,
+            Standing::GaveUp => Part::Failed(Status::Deadlock),
+            Standing::Stranded if entry.robot.body.hops() && !self.brief.grid.contains(entry.at.cell) => {
                 Part::Failed(Status::LeftMap)
             }
-            (Standing::Active, Vehicle::HopperTo { goal }) if self.is_taken(robot, goal) => {
-                Part::Failed(Status::Deadlock)
-            }
-            (Standing::Stranded, _) => Part::Failed(Status::Lost),
-            (Standing::Active, _) => Part::Open,
-            (Standing::GaveUp, _) => Part::Failed(Status::Deadlock),
-            (Standing::Done, _) => Part::Done,
+            Standing::Stranded => Part::Failed(Status::Lost),
+            Standing::Active => match entry.robot.goal.cell(&self.brief.grid, 0) {
+                // Where the steps of the hopper count, no other robot is on the ground.
+                Some(goal) if entry.robot.body.hops() && self.is_taken(robot, goal) => {
+                    Part::Failed(Status::Deadlock)
+                }
+                _ => Part::Open,
+            },
         }
+    }
+
+    /// The robots whose goals decide the mission.
+    fn required(&self) -> RobotSet {
+        self.brief.robots.those(|robot| robot.required)
+    }
+
+    fn is_required(&self, robot: RobotId) -> bool {
+        self.roster.entry(robot).robot.required
     }
 
     /// Whether a robot other than `robot` stands on `cell` for good.
     fn is_taken(&self, robot: RobotId, cell: Cell) -> bool {
         let mut others = self.roster.entries().filter(|(other, _)| *other != robot);
         others.any(|(_, entry)| {
-            let stops = entry.standing != Standing::Active && entry.robot.vehicle.is_on_ground();
+            let stops = entry.standing != Standing::Active && entry.robot.body.is_on_ground();
             stops && entry.at.cell == cell
         })
     }
@@ -98,7 +110,7 @@ impl RobotTeam {
                 self.roster.end(robot, standing);
             } else {
                 // Where the steps of the hopper are limited, the actions of the others are not.
-                let is_limited = self.account != Account::Hopper && !self.required.has(robot);
+                let is_limited = self.brief.account != Account::Hopper && !self.is_required(robot);
                 let gives_up = is_limited && self.roster.is_spent(robot);
                 if gives_up {
                     self.roster.give_up(robot);
@@ -106,11 +118,13 @@ impl RobotTeam {
             }
         }
         let entry = self.roster.entry(robot);
-        let stays = match (entry.robot.vehicle, entry.standing) {
-            (_, Standing::Active) | (Vehicle::Helicopter { .. }, _) => false,
-            // Rovers that are done have covered their own cell, and count as before.
-            (Vehicle::Rover { .. }, standing) => standing == Standing::Stranded,
-            _ => true,
+        let stays = match entry.standing {
+            Standing::Active => false,
+            Standing::Stranded => entry.robot.body.is_on_ground(),
+            // Whoever is done covering has covered its own cell, and counts as before.
+            Standing::Done | Standing::GaveUp => {
+                entry.robot.body.is_on_ground() && !matches!(entry.robot.goal, Goal::Cover(_))
+            }
         };
         if let (true, Some(coverage)) = (stays, &mut self.coverage) {
             coverage.close_ways(&mut self.roster, terrain);
@@ -120,31 +134,27 @@ impl RobotTeam {
     /// With which standing the part of `robot`, which is active, ends where it is, if it does.
     fn end_of(&self, terrain: &Terrain, robot: RobotId, steps: u64) -> Option<Standing> {
         let entry = self.roster.entry(robot);
-        match entry.robot.vehicle {
-            Vehicle::Hopper | Vehicle::HopperTo { .. } => {
-                let survives = terrain.ground(entry.at.cell).is_some_and(|ground| ground.passable);
-                if survives {
-                    self.is_at_goal(robot, steps).then_some(Standing::Done)
-                } else {
-                    Some(Standing::Stranded)
-                }
-            }
-            Vehicle::Driver { goal, goal_radius_m, .. } => {
-                let travel = self.travels.get(robot)?;
-                let is_there = travel.at.distance_m(goal) <= goal_radius_m + START_TOLERANCE_M;
-                (is_there && !travel.is_under_way()).then_some(Standing::Done)
-            }
-            Vehicle::Rover { .. } | Vehicle::Helicopter { .. } => None,
+        if entry.robot.body.hops() && !terrain.ground(entry.at.cell).is_some_and(|ground| ground.passable) {
+            return Some(Standing::Stranded);
         }
+        self.is_at_goal(robot, steps).then_some(Standing::Done)
     }
 
-    /// Whether the hopper `robot` has reached its goal; on a patrol, has flown its hops.
+    /// Whether `robot`, which is active, has reached its goal; one that visits cells in turn, has flown its hops. Ground is covered by
+    /// all that cover it at once, and whoever looks ahead is never done.
     fn is_at_goal(&self, robot: RobotId, steps: u64) -> bool {
         let entry = self.roster.entry(robot);
-        match (entry.robot.vehicle, &self.brief.patrol) {
-            (Vehicle::HopperTo { goal }, _) => entry.at.cell == goal,
-            (_, Some(patrol)) => self.roster.actions(robot) >= patrol.hops_max,
-            (_, None) => entry.at.cell == self.brief.goal && steps <= self.brief.limits.steps_max,
+        match (entry.robot.goal, self.travels.get(robot)) {
+            (Goal::Reach(reach), Some(travel)) => {
+                let is_near = travel.at.distance_m(reach.at) <= reach.radius_m + START_TOLERANCE_M;
+                is_near && !travel.is_under_way()
+            }
+            (Goal::Reach(reach), None) => {
+                let in_time = self.brief.account != Account::Hopper || steps <= self.brief.limits.steps_max;
+                entry.at.cell == reach.at.cell_of(&self.brief.grid) && in_time
+            }
+            (Goal::Visit(visit), _) => self.roster.actions(robot) >= visit.hops_max,
+            (Goal::Cover(_) | Goal::LookAhead(_), _) => false,
         }
     }
 

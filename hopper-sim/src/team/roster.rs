@@ -1,10 +1,9 @@
 //! The robots of a mission, whatever they are to do: whose turn it is, where each stands, who commands it.
 
 use contract::{
-    Action, Brief, Cell, Decision, Direction, Leader, Member, Placement, Robot, RobotId, Sensor, Standing,
-    State, Team, Travel, Vehicle,
+    Action, Brief, Cell, Decision, Leader, Member, Placement, Robot, RobotId, Standing, State, Team, Travel,
 };
-use scenario::Fleet;
+use scenario::Fault;
 
 use super::turn_order::{Due, Readiness, TurnOrder};
 
@@ -58,18 +57,9 @@ pub enum Turn {
 }
 
 impl Roster {
-    /// The robots before their first action; without a fleet a hopper alone.
-    ///
-    /// # Panics
-    /// If there is none.
+    /// The robots before their first action, of which some will fail.
     #[must_use]
-    pub fn new(brief: &Brief, fleet: Option<&Fleet>) -> Self {
-        let place = Placement { cell: brief.start, heading: Direction::North };
-        let alone = [Robot { vehicle: Vehicle::Hopper, sensor: Sensor::Disc, start: place }];
-        let (robots, faults) = match fleet {
-            Some(fleet) => (fleet.robots.as_slice(), fleet.faults.as_slice()),
-            None => (alone.as_slice(), [].as_slice()),
-        };
+    pub fn new(brief: &Brief, faults: &[Fault]) -> Self {
         let entry = |(number, robot): (u16, &Robot)| Entry {
             robot: *robot,
             at: robot.start,
@@ -80,7 +70,7 @@ impl Roster {
             waits: 0,
             fails_at: faults.iter().find(|fault| fault.robot == RobotId(number)).map(|fault| fault.action),
         };
-        let entries: Vec<Entry> = (0..).zip(robots).map(entry).collect();
+        let entries: Vec<Entry> = (0..).zip(brief.robots.iter()).map(entry).collect();
         let order = TurnOrder::new(entries.len() as u16);
         Self { order, entries, actions_max: brief.limits.steps_max, actor: None, acted_at_ns: 0 }
     }
@@ -118,8 +108,7 @@ impl Roster {
     #[must_use]
     pub fn other_on_ground(&self, robot: RobotId, cell: Cell) -> Option<RobotId> {
         let others = self.entries().filter(|(other, _)| *other != robot);
-        let mut there =
-            others.filter(|(_, entry)| entry.at.cell == cell && entry.robot.vehicle.is_on_ground());
+        let mut there = others.filter(|(_, entry)| entry.at.cell == cell && entry.robot.body.is_on_ground());
         there.next().map(|(other, _)| other)
     }
 
@@ -211,7 +200,7 @@ impl Roster {
 
     /// `robot` acts no more, and is not where its task is done. A helicopter's never is.
     pub fn give_up(&mut self, robot: RobotId) {
-        let is_on_ground = self.entry(robot).robot.vehicle.is_on_ground();
+        let is_on_ground = self.entry(robot).robot.body.is_on_ground();
         self.end(robot, if is_on_ground { Standing::GaveUp } else { Standing::Done });
     }
 
@@ -225,7 +214,6 @@ impl Roster {
     #[must_use]
     pub fn team(&self, state: &State, travel: impl Fn(RobotId) -> Option<Travel>) -> Team {
         let member = |(robot, entry): (RobotId, &Entry)| Member {
-            robot: entry.robot,
             at: entry.at,
             ready_at_ns: self.order.ready_at_ns(robot),
             standing: entry.standing,

@@ -3,8 +3,8 @@
 use std::collections::VecDeque;
 
 use contract::{
-    Action, Announcement, Branch, Cell, Decision, Flight, Outcome, Placement, Refusal, RobotId, Route,
-    RouteId, Routes, Standing, Travel, Vehicle, Waypoint,
+    Action, Announcement, Body, Branch, Brief, Cell, Decision, Flight, Helicopter, Outcome, Placement,
+    Refusal, RobotId, Route, RouteId, Routes, Standing, Travel, Waypoint,
 };
 
 use super::roster::{Act, Roster, Turn};
@@ -60,10 +60,14 @@ impl Arrival {
 }
 
 impl Travels {
-    /// Before the first action, with the start of each robot that goes from point to point.
+    /// Before the first action.
     #[must_use]
-    pub fn new(starts: impl Iterator<Item = Option<Waypoint>>) -> Self {
-        let travels: Vec<_> = starts.map(|start| start.map(Travel::from_start)).collect();
+    pub fn new(brief: &Brief) -> Self {
+        let travels = brief.robots.iter().map(|robot| {
+            let has_routes = robot.body.along_route().is_some();
+            has_routes.then(|| Travel::from_start(robot.start_at))
+        });
+        let travels: Vec<Option<Travel>> = travels.collect();
         Self { offers: vec![VecDeque::new(); travels.len()], travels, routes: Routes::default() }
     }
 
@@ -117,7 +121,7 @@ impl Travels {
     #[must_use]
     pub fn refusal_of_route(
         &self,
-        vehicle: Vehicle,
+        body: Body,
         robot: RobotId,
         id: RouteId,
         is_on_map: impl Fn(Waypoint) -> bool,
@@ -132,17 +136,17 @@ impl Travels {
             let need = format!("to begin where the robot is, at {}", travel.at);
             return Some(Refusal::malformed("route.waypoints", &need, route.waypoints()[0]));
         }
-        beyond_budget(vehicle, travel, route.length_m())
+        beyond_budget(body, travel, route.length_m())
     }
 
     /// Why a helicopter shall not execute `action` but announce a route, if there is a reason.
     #[must_use]
-    pub fn refusal_of_flight(&self, vehicle: Vehicle, robot: RobotId, action: Action) -> Option<Refusal> {
+    pub fn refusal_of_flight(&self, body: Body, robot: RobotId, action: Action) -> Option<Refusal> {
         let needs = |need: &str| Some(Refusal::malformed("command.action", need, action));
         let travel = self.get(robot)?;
         match (action, self.next(travel)) {
             (Action::Hold | Action::Wait | Action::Done, _) => None,
-            (Action::Fly, Some(to)) => beyond_budget(vehicle, travel, travel.at.distance_m(to)),
+            (Action::Fly, Some(to)) => beyond_budget(body, travel, travel.at.distance_m(to)),
             (Action::Fly, None) => needs("an announced route with a point to go to"),
             _ => needs("fly, announce, wait, done or hold: the robot is a helicopter"),
         }
@@ -183,8 +187,8 @@ impl Travels {
         if roster.fails_now(robot) {
             return Arrival::stays(from, here, Branch::Stranded, 1.0);
         }
-        match (action, self.next(travel), entry.robot.vehicle) {
-            (Action::Fly, Some(to), Vehicle::Helicopter { speed_mps, .. }) => {
+        match (action, self.next(travel), entry.robot.body) {
+            (Action::Fly, Some(to), Body::Helicopter(Helicopter { speed_mps, .. })) => {
                 let range_m = here.distance_m(to);
                 Arrival::goes([from, cell_of(to)], to, Branch::Intended, range_m, range_m / speed_mps)
             }
@@ -226,10 +230,11 @@ impl Travels {
     pub fn rejoin(&mut self, roster: &mut Roster, rover: RobotId) {
         let Some(travel) = self.get(rover) else { return };
         let (cell, now_ns) = (roster.entry(rover).at.cell, roster.ready_at_ns(rover));
-        let flies = |vehicle| matches!(vehicle, Vehicle::Helicopter { .. });
         let helicopters: Vec<RobotId> = roster
             .entries()
-            .filter(|(_, entry)| entry.standing == Standing::Active && flies(entry.robot.vehicle))
+            .filter(|(_, entry)| {
+                entry.standing == Standing::Active && matches!(entry.robot.body, Body::Helicopter(_))
+            })
             .map(|(robot, _)| robot)
             .collect();
         for robot in helicopters {
@@ -268,8 +273,8 @@ impl Travels {
 }
 
 /// Why a helicopter shall not fly `length_m` more metres, if there is a reason.
-fn beyond_budget(vehicle: Vehicle, travel: Travel, length_m: f64) -> Option<Refusal> {
-    let Vehicle::Helicopter { budget_m, .. } = vehicle else { return None };
+fn beyond_budget(body: Body, travel: Travel, length_m: f64) -> Option<Refusal> {
+    let Body::Helicopter(Helicopter { budget_m, .. }) = body else { return None };
     let need = budget_m - travel.flown_m;
     (length_m > need + BUDGET_TOLERANCE_M).then_some(Refusal::BeyondBudget { need, got: length_m })
 }

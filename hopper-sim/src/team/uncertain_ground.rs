@@ -2,7 +2,7 @@
 
 use std::ops::ControlFlow;
 
-use contract::{Brief, Cell, DriveSpeed, Grid, Robot, RobotId, SpeedPrior, Vehicle, Waypoint};
+use contract::{Brief, Cell, DriveSpeed, Grid, Robot, RobotId, SpeedPrior, Waypoint};
 use helicopter::{Sensor, Sighting};
 use rover::{Drive, Point, Segment, Speed, SpeedDistribution, traverse};
 use scout_world::{StageClock, TrueGround};
@@ -48,7 +48,7 @@ impl UncertainGround {
         let ground =
             TrueGround::new(brief.grid, &terrain.cells).expect("a grid is within the limits of a lattice");
         let mut accuracies = roster.entries().filter_map(|(_, entry)| entry.robot.sensor.accuracy());
-        let stages = brief.scout.map_or(1, |scout| scout.stages);
+        let stages = brief.sampling.map_or(1, |sampling| sampling.stages);
         let mut ground = Self {
             clocks: vec![StageClock::new(stages); usize::from(roster.count())],
             grid: brief.grid,
@@ -59,8 +59,8 @@ impl UncertainGround {
             readings: terrain.cells.iter().map(|ground| ground.reading).collect(),
         };
         for (_, entry) in roster.entries() {
-            if let Vehicle::Driver { start, .. } = entry.robot.vehicle {
-                ground.see_between(&entry.robot, start, start);
+            if entry.robot.body.drives() {
+                ground.see_between(&entry.robot, entry.robot.start_at, entry.robot.start_at);
             }
         }
         ground

@@ -5,7 +5,7 @@ use contract::{
     RobotId, Role, RunId, Status, Term,
 };
 use hopper_sim::arbiter::BID_GRACE_NS;
-use hopper_sim::{Arbiter, Effect, Event, Mission, Pace, REPUBLISH_NS};
+use hopper_sim::{Arbiter, Effect, Event, Pace, REPUBLISH_NS};
 
 use crate::fixture::{
     EAST, Host, LINGER_NS, RUN, WEST, beat, command, mission, name, sure_mission, undisturbed,
@@ -469,9 +469,9 @@ fn a_rate_is_kept_without_drift() {
 
 #[test]
 fn a_mission_that_starts_at_its_goal_is_over_before_its_first_command() {
-    let mission = mission();
-    let brief = contract::Brief { start: mission.brief.goal, ..mission.brief };
-    let mut host = Host::new(Mission { brief, ..mission }, Vec::new(), Pace::Max);
+    let mut mission = mission();
+    mission.brief.robots[0].start.cell = mission.brief.goal_after(0).unwrap();
+    let mut host = Host::new(mission, Vec::new(), Pace::Max);
     assert_eq!(host.state().status, Status::Goal);
     host.send(command(&host.state(), EAST));
     assert_eq!(host.refused, ["mission_over"]);

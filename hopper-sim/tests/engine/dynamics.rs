@@ -9,7 +9,7 @@ use contract::{
 use hopper_sim::dynamics::Execution;
 use hopper_sim::{Mission, RobotTeam};
 
-use crate::fixture::{EAST, Host, WEST, mission, sure_mission};
+use crate::fixture::{EAST, Host, WEST, law, mission, sure_mission};
 
 /// The opening state of `mission`, moved to `cell`.
 fn at(mission: &Mission, cell: Cell) -> State {
@@ -20,8 +20,9 @@ fn at(mission: &Mission, cell: Cell) -> State {
 
 /// What `action` of the hopper comes to that stands where `state` has it.
 fn execute(mission: &Mission, state: &State, action: Action) -> Execution {
-    let brief = contract::Brief { start: state.pose.cell, ..mission.brief };
-    let mut team = RobotTeam::new(&brief, &mission.terrain, None);
+    let mut brief = mission.brief;
+    brief.robots[0].start.cell = state.pose.cell;
+    let mut team = RobotTeam::new(&brief, &mission.terrain, &[]);
     team.execute(mission, state, Leader::default(), action).1
 }
 
@@ -108,7 +109,7 @@ fn landings_scatter_as_the_law_says() {
     let state = at(&mission, Cell::new(4, 4));
     let ground = mission.terrain.ground(state.pose.cell).unwrap();
     assert_eq!(ground.soil, Soil::Sand);
-    let row = motion::transition(&mission.brief.motion, ground, Direction::East);
+    let row = motion::transition(&mission.brief.leg(0).motion, ground, Direction::East);
     let mut counts = [0_u32; 5];
     for decision in 0..HOPS {
         let state = State { decision: Decision(decision.into()), ..state };
@@ -133,7 +134,7 @@ fn a_treasure_is_collected_by_whatever_hop_lands_on_it_and_once() {
     assert_eq!(execute(&mission, &state, WEST).collected, first.collected, "nothing lies there");
 
     // A hop east that always slips to the left lands north.
-    mission.brief.motion.hard = SoilMotion { intended: 0.0, stuck: 0.0, sideways: 0.5, flights: 1 };
+    law(&mut mission.brief).hard = SoilMotion { intended: 0.0, stuck: 0.0, sideways: 0.5, flights: 1 };
     let slips = |decision| execute(&mission, &State { decision: Decision(decision), ..state }, EAST);
     let left = (0..64).map(slips).find(|slip| slip.outcome.branch == Branch::Left).expect("one of 64");
     assert_eq!((left.pose.cell, left.collected), (Cell::new(1, 3), Collected(0b11)));

@@ -4,9 +4,9 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use contract::{
-    Action, Brief, Cell, Command, Direction, GradientSource, Grid, Ground, Heartbeat, Incarnation, Limits,
-    MonotonicNs, MotionParameters, Name, Payoff, Priors, Profile, Record, Role, RunId, SensorParameters,
-    Soil, SoilMotion, State, Status, Term, Weights,
+    Account, Action, Body, Brief, Cell, Command, Direction, GradientSource, Grid, Ground, Heartbeat,
+    Incarnation, Limits, MonotonicNs, MotionParameters, Name, Payoff, Priors, Profile, Record, Robot, Robots,
+    Role, RunId, Sensor, SensorParameters, Soil, SoilMotion, State, Status, Term, Weights,
 };
 use hopper_sim::{Arbiter, Effect, Event, JournalHeader, Mission, Pace, ROBOT};
 use terrain::Terrain;
@@ -22,16 +22,29 @@ pub fn name(text: &str) -> Name {
 
 pub fn brief() -> Brief {
     let soil = |intended, stuck, sideways, flights| SoilMotion { intended, stuck, sideways, flights };
+    let grid = Grid::new(9, 9, 1.0, 1).unwrap();
+    let motion = MotionParameters {
+        hard: soil(0.9, 0.0, 0.05, 1),
+        sand: soil(0.7, 0.1, 0.1, 2),
+        slope_limit_rad: std::f64::consts::FRAC_PI_6,
+        launch_angle_rad: std::f64::consts::FRAC_PI_4,
+        gravity_mps2: 3.72,
+    };
+    let sensor = SensorParameters {
+        gain: 2.0,
+        offset_m: 1.0,
+        radius_min_m: 1.0,
+        radius_max_m: 8.0,
+        gradient: GradientSource::Measured,
+    };
+    let hopper = Robot::hopper(&grid, motion, sensor, [Cell::new(1, 2), Cell::new(7, 6)]);
     Brief {
         run: RUN,
         scenario: name("bench"),
         scenario_hash: [7; 32],
         profile: Profile::Hopper,
-        robots: 1,
-        grid: Grid::new(9, 9, 1.0, 1).unwrap(),
+        grid,
         datum_m: -4139.0,
-        start: Cell::new(1, 2),
-        goal: Cell::new(7, 6),
         weights: Weights { safety: 0.5, information: 0.5, distance: 10.0 },
         payoff: Payoff { goal: 100.0, treasure: 10.0, discount: 0.99, sand_term: -5.0 },
         priors: Priors {
@@ -39,28 +52,25 @@ pub fn brief() -> Brief {
             height_m: contract::Range { min: -0.2, max: 0.2 },
             treasures: 0,
         },
-        motion: MotionParameters {
-            hard: soil(0.9, 0.0, 0.05, 1),
-            sand: soil(0.7, 0.1, 0.1, 2),
-            slope_limit_rad: std::f64::consts::FRAC_PI_6,
-            launch_angle_rad: std::f64::consts::FRAC_PI_4,
-            gravity_mps2: 3.72,
-        },
-        sensor: SensorParameters {
-            gain: 2.0,
-            offset_m: 1.0,
-            radius_min_m: 1.0,
-            radius_max_m: 8.0,
-            gradient: GradientSource::Measured,
-        },
         limits: Limits { steps_max: 150, decision_budget_ns: 600_000_000 },
         guard: contract::Guard::OFF,
         reading: contract::Reading::default(),
-        cover: None,
-        scout: None,
-        mixed: None,
-        patrol: None,
+        account: Account::Hopper,
+        sampling: None,
+        robots: Robots::new(&[hopper]).unwrap(),
     }
+}
+
+/// How the hopper hops.
+pub fn law(brief: &mut Brief) -> &mut MotionParameters {
+    let Body::Hopper(hopper) = &mut brief.robots[0].body else { unreachable!("robot 0 is a hopper") };
+    &mut hopper.motion
+}
+
+/// How far the hopper sees.
+pub fn disc(brief: &mut Brief) -> &mut SensorParameters {
+    let Sensor::Disc(disc) = &mut brief.robots[0].sensor else { unreachable!("robot 0 is a hopper") };
+    disc
 }
 
 /// A ramp to the north-east with sand in its middle and one rock.
@@ -78,15 +88,16 @@ pub fn mission() -> Mission {
         terrain: Terrain { grid: brief.grid, cells, treasures: Vec::new(), prior: Vec::new() }.into(),
         brief,
         seed: 42,
-        fleet: None,
+        faults: Vec::new(),
     }
 }
 
 /// The mission with hops that always land where they are meant to, from `start`.
 pub fn sure_mission(start: Cell) -> Mission {
     let mut mission = mission();
-    mission.brief.start = start;
-    for soil in [&mut mission.brief.motion.hard, &mut mission.brief.motion.sand] {
+    mission.brief.robots[0].start.cell = start;
+    let MotionParameters { hard, sand, .. } = law(&mut mission.brief);
+    for soil in [hard, sand] {
         *soil = SoilMotion { intended: 1.0, stuck: 0.0, sideways: 0.0, ..*soil };
     }
     for ground in &mut Arc::make_mut(&mut mission.terrain).cells {
@@ -100,7 +111,7 @@ pub fn header(mission: &Mission) -> JournalHeader {
     let resolved = "[truth.terrain.elevation_file]\nfile = \"/nowhere/ramp.tif\"\n\
                     [brief]\nname = \"bench\"\nprofile = \"hopper\"\nstart = [1, 2]\ngoal = [7, 6]\n"
         .into();
-    JournalHeader { brief: mission.brief, seed: mission.seed, resolved, fleet: None }
+    JournalHeader { brief: mission.brief, seed: mission.seed, resolved, faults: Vec::new() }
 }
 
 /// A frame of a journal.
@@ -124,7 +135,8 @@ pub fn header_payloads(bytes: &[u8]) -> [Range<usize>; 2] {
 
 /// Towards the goal along the longer side, with a halt every seventh decision.
 pub fn steer(brief: &Brief, state: &State) -> Action {
-    let (dx, dy) = (brief.goal.x - state.pose.cell.x, brief.goal.y - state.pose.cell.y);
+    let goal = brief.goal_after(state.visits).unwrap();
+    let (dx, dy) = (goal.x - state.pose.cell.x, goal.y - state.pose.cell.y);
     let direction = match (dx.abs() >= dy.abs(), dx > 0, dy > 0) {
         (true, true, _) => Direction::East,
         (true, false, _) => Direction::West,

@@ -66,7 +66,7 @@ fn the_header_of_each_kind_of_mission_names_itself_and_is_read_back_whole() {
     let kinds = ["hard", "treasures", "patrol", "coverage", "rover-helicopter", "hopper-scout", "expedition"];
     let mut headers = kinds.map(|scenario| (scenario, header(scenario))).to_vec();
     let mut stages = header("rover-helicopter");
-    stages.brief.scout.as_mut().unwrap().stages = 3;
+    stages.brief.sampling.as_mut().unwrap().stages = 3;
     headers.push(("rover-helicopter", stages));
     for (scenario, header) in headers {
         let (dir, bytes) = begun(&header);
@@ -122,8 +122,8 @@ fn a_field_of_the_header_that_is_not_known_is_refused_by_name() {
     let cases: [(&str, Change); 4] = [
         ("weather", |text| text["weather"] = json!({ "wind": 1.0 })),
         ("brief.guard.patience", |text| text["brief"]["guard"]["patience"] = json!(null)),
-        ("brief.motion.hard.tilt", |text| text["brief"]["motion"]["hard"]["tilt"] = json!([])),
-        ("fleet.robots.1.wings", |text| text["fleet"]["robots"][1]["wings"] = json!(2)),
+        ("brief.robots.0.start.tilt", |text| text["brief"]["robots"][0]["start"]["tilt"] = json!([])),
+        ("brief.robots.1.wings", |text| text["brief"]["robots"][1]["wings"] = json!(2)),
     ];
     for (field, change) in cases {
         let mut text = text(&bytes);
@@ -154,9 +154,7 @@ fn a_field_that_the_header_leaves_out_has_its_default_or_is_refused_by_name() {
         object.as_object_mut().unwrap().remove(*last);
         rewrite(dir.path(), FORMAT, "0.0.1", &text);
     };
-    for optional in
-        [&["brief", "patrol"][..], &["brief", "reading", "leaving"], &["brief", "scout", "stages"]]
-    {
+    for optional in [&["brief", "reading", "leaving"][..], &["brief", "reading", "distance_scale_cells"]] {
         without(optional);
         assert_eq!(JournalReader::open(dir.path()).unwrap().header(), &header, "{optional:?}");
     }

@@ -8,6 +8,8 @@ use hopper_sim::{Journal, JournalError, JournalHeader, JournalReader, verify};
 use scenario::{ResolvedScenario, Scenario};
 use tempfile::TempDir;
 
+use crate::fixture::law;
+
 /// An ASCII raster of 9 by 9 cells whose heights rise by `rise_m` a column.
 fn raster(rise_m: f64, columns: usize) -> String {
     let row = (0..columns).map(|x| (x as f64 * rise_m).to_string()).collect::<Vec<_>>().join(" ");
@@ -93,8 +95,8 @@ fn another_ground_is_told_from_another_brief() {
         verify(&begun.journal()).unwrap().fault.map(|fault| fault.field.into_owned())
     };
     let mut header = begun.header();
-    header.brief.motion.gravity_mps2 = 9.81;
-    assert_eq!(fault(&header).as_deref(), Some("brief.motion.gravity_mps2"));
+    law(&mut header.brief).gravity_mps2 = 9.81;
+    assert_eq!(fault(&header).as_deref(), Some("brief.robots.0.body.motion.gravity_mps2"));
     let gravity = header.clone();
     let mut header = begun.header();
     header.brief.grid.width += 1;
@@ -102,10 +104,10 @@ fn another_ground_is_told_from_another_brief() {
     let mut header = begun.header();
     header.resolved = header.resolved.replace("goal = [7, 6]", "goal = [7, 5]");
     assert_ne!(header, begun.header());
-    assert_eq!(fault(&header).as_deref(), Some("brief.goal.y"));
+    assert_eq!(fault(&header).as_deref(), Some("brief.robots.0.goal.at.y_m"));
     // Another ground, which explains another hash, does not explain another gravity.
     fs::write(begun.ground(), raster(0.02, 9)).unwrap();
-    assert_eq!(fault(&gravity).as_deref(), Some("brief.motion.gravity_mps2"));
+    assert_eq!(fault(&gravity).as_deref(), Some("brief.robots.0.body.motion.gravity_mps2"));
     assert_eq!(fault(&begun.header()), None);
     // Nor does a text that cannot be read.
     fs::remove_file(begun.ground()).unwrap();

@@ -4,11 +4,11 @@ use std::sync::Arc;
 
 use contract::{
     Action, Cell, Decision, Direction, GradientSource, Grid, Ground, Leader, MonotonicNs, Origin, Policy,
-    PolicyCell, Pose, SensorParameters, Vetoed,
+    PolicyCell, Pose, Vetoed,
 };
 use hopper_sim::{Arbiter, Effect, Event, Fallback, Guard, Mission, Pace, ROBOT};
 
-use crate::fixture::{EAST, Host, LINGER_NS, RUN, WEST, command, mission, name};
+use crate::fixture::{EAST, Host, LINGER_NS, RUN, WEST, command, disc, mission, name};
 
 const NORTH: Action = Action::Hop(Direction::North);
 const DEADLINE_NS: u64 = 3_000_000_000;
@@ -16,7 +16,7 @@ const DEADLINE_NS: u64 = 3_000_000_000;
 /// The mission from `start` on ground without slopes, with rocks, under a guard.
 fn guarded(start: Cell, rocks: &[Cell], hazard_max: f64, deadline_ns: u64) -> Mission {
     let mut mission = mission();
-    mission.brief.start = start;
+    mission.brief.robots[0].start.cell = start;
     mission.brief.guard = contract::Guard { hazard_max, deadline_ns };
     for (cell, ground) in mission.brief.grid.iter().zip(&mut Arc::make_mut(&mut mission.terrain).cells) {
         ground.gradient = [0.0; 2];
@@ -56,7 +56,7 @@ fn the_hazard_is_the_probability_of_ruin_in_closed_form() {
     close(hazards(&mission, Cell::new(4, 0)), [0.0, 0.0, 0.1, 0.7, 0.1]);
     // A slope that rises to the right makes a slip to the right, off the map, the rarer one: s (1 − t).
     let mut sloped = mission.clone();
-    let t = 0.1_f64.atan() / sloped.brief.motion.slope_limit_rad;
+    let t = 0.1_f64.atan() / sloped.brief.leg(0).motion.slope_limit_rad;
     Arc::make_mut(&mut sloped.terrain).cells[sloped.brief.grid.index(Cell::new(0, 4)).unwrap()].gradient =
         [-0.1, 0.0];
     let [_, north, ..] = hazards(&sloped, Cell::new(0, 4));
@@ -66,13 +66,13 @@ fn the_hazard_is_the_probability_of_ruin_in_closed_form() {
 #[test]
 fn the_slope_underfoot_is_what_the_observed_map_has() {
     let mut mission = guarded(Cell::new(1, 2), &[], 1.0, 0);
-    mission.brief.sensor.gradient = GradientSource::SeenDifferences;
+    disc(&mut mission.brief).gradient = GradientSource::SeenDifferences;
     // The true slope is not known in profile hopper; heights rise westwards by 0.1 a metre, seen from (0, 4).
     let grid = mission.brief.grid;
     let index = |x: i32, y: i32| grid.index(Cell::new(x, y)).unwrap();
     Arc::make_mut(&mut mission.terrain).cells[index(0, 4)].gradient = [9.0, 9.0];
     Arc::make_mut(&mut mission.terrain).cells[index(1, 4)].height_m = -0.1;
-    let t = 0.1_f64.atan() / mission.brief.motion.slope_limit_rad;
+    let t = 0.1_f64.atan() / mission.brief.leg(0).motion.slope_limit_rad;
     let [_, north, ..] = hazards(&mission, Cell::new(0, 4));
     assert!((north - 0.05 * (1.0 + t)).abs() < 1e-12, "{north}");
 }
@@ -106,11 +106,10 @@ fn a_rock_one_hop_ahead_is_seen_at_the_smallest_radius_whatever_the_rounding() {
             let mut mission = guarded(here, &[], 0.0, 0);
             let grid = Grid::new(side, side, cell_size_m, hop_cells).unwrap();
             (mission.brief.grid, Arc::make_mut(&mut mission.terrain).grid) = (grid, grid);
-            mission.brief.sensor =
-                SensorParameters { gain: 0.0, radius_min_m: grid.hop_distance_m(), ..mission.brief.sensor };
+            let disc = disc(&mut mission.brief);
+            (disc.gain, disc.radius_min_m, disc.radius_max_m) = (0.0, grid.hop_distance_m(), 1e3);
             let ground = |cell| Ground { passable: cell != rock, ..Ground::FLAT };
             Arc::make_mut(&mut mission.terrain).cells = grid.iter().map(ground).collect();
-            mission.brief.sensor.radius_max_m = 1e3;
             let east = hazards(&mission, here)[2];
             assert!(east >= 0.9, "{hop_cells} cells of {cell_size_m} m: {east}");
             rounded += u32::from(grid.hop_distance_m() / cell_size_m < f64::from(hop_cells));

@@ -38,7 +38,7 @@ struct Host {
 impl Host {
     fn new(world: &ResolvedScenario, seed: u64) -> Self {
         let brief = Brief { run: RunId(1), ..world.brief };
-        let mission = Mission { brief, terrain: world.terrain.clone(), seed, fleet: world.fleet.clone() };
+        let mission = Mission { brief, terrain: world.terrain.clone(), seed, faults: world.faults.clone() };
         let arbiter = Arbiter::new(mission, None, Pace::Max, 0, MonotonicNs(1)).without_deadlines();
         let mut host = Self { arbiter, records: Vec::new(), refused: Vec::new() };
         host.on(Event::Tick);
@@ -351,7 +351,7 @@ fn at_a_deadline_a_hopper_passes_by_who_stands_in_its_way() {
     let text = format!("{text}{HOPPER}{}", rover(3, 2, ""));
     let world = Scenario::parse(&text, "test").unwrap().resolve().unwrap();
     let brief = Brief { run: RunId(1), ..world.brief };
-    let mission = Mission { brief, terrain: world.terrain.clone(), seed: 1, fleet: world.fleet.clone() };
+    let mission = Mission { brief, terrain: world.terrain.clone(), seed: 1, faults: world.faults.clone() };
     let mut arbiter = Arbiter::new(mission, None, Pace::Max, 0, MonotonicNs(1));
     arbiter.on(Event::Tick, MonotonicNs(1));
     let effects = arbiter.on(Event::Tick, MonotonicNs(200_000_000));

@@ -1,6 +1,6 @@
 //! A patrol visits its goals in turn, and ends by its hops.
 
-use contract::{Brief, Cell, Decision, Patrol, Status};
+use contract::{Cell, Decision, Goal, Status, Visit};
 use hopper_sim::{Mission, Pace};
 
 use crate::fixture::{EAST, Host, WEST, command, steer, sure_mission};
@@ -9,7 +9,7 @@ use crate::fixture::{EAST, Host, WEST, command, steer, sure_mission};
 fn patrol(hops_max: u64) -> Mission {
     let mut mission = sure_mission(Cell::new(1, 2));
     let goals = [Cell::new(3, 2), Cell::new(1, 2)];
-    (mission.brief.goal, mission.brief.patrol) = (goals[0], Patrol::new(&goals, hops_max));
+    mission.brief.robots[0].goal = Goal::Visit(Visit::new(&goals, hops_max).unwrap());
     mission.brief.limits.steps_max = 10;
     mission
 }
@@ -21,7 +21,7 @@ fn goals_are_visited_in_turn_and_the_hops_end_the_patrol() {
     let mut visited = Vec::new();
     while !host.state().status.is_over() {
         let (state, brief) = (host.state(), host.arbiter.mission().brief);
-        let leg: Brief = brief.leg(state.visits);
+        let leg = brief.leg(state.visits);
         assert_ne!(leg.start, leg.goal);
         let action = if leg.goal.x > state.pose.cell.x { EAST } else { WEST };
         host.send(command(&state, action));
@@ -53,7 +53,7 @@ fn a_goal_out_of_turn_is_not_visited_and_a_resumed_patrol_knows_its_goal() {
 #[test]
 fn a_patrol_that_starts_where_it_goes_first_is_not_over() {
     let mut mission = patrol(5);
-    mission.brief.start = mission.brief.goal;
+    mission.brief.robots[0].start.cell = mission.brief.goal_after(0).unwrap();
     let mut host = Host::new(mission, Vec::new(), Pace::Max);
     assert_eq!(host.state().status, Status::Underway);
     host.send(command(&host.state(), contract::Action::Hold));

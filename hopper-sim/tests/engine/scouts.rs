@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use contract::{
-    Action, Announcement, Branch, Command, Decision, DriveSpeed, Incarnation, MonotonicNs, Pace, Refusal,
-    RobotId, Route, RunId, Sensor, SpeedPrior, State, Status, Team, Term, Travel, Waypoint,
+    Action, Announcement, Branch, Command, Decision, DriveSpeed, ErringCamera, Incarnation, MonotonicNs,
+    Pace, Refusal, RobotId, Route, RunId, Sensor, SpeedPrior, State, Status, Team, Term, Travel, Waypoint,
 };
 use hopper_sim::process::RecordStore;
 use hopper_sim::{Arbiter, Effect, Event, Journal, JournalError, JournalHeader, Mission};
@@ -30,7 +30,7 @@ fn world_in(mission: &str, more: &str) -> ResolvedScenario {
 
 fn mission(world: &ResolvedScenario) -> Mission {
     let brief = contract::Brief { run: RunId(1), ..world.brief };
-    Mission { brief, terrain: world.terrain.clone(), seed: 1, fleet: world.fleet.clone() }
+    Mission { brief, terrain: world.terrain.clone(), seed: 1, faults: world.faults.clone() }
 }
 
 /// An arbiter whose appends always succeed, perhaps into a journal.
@@ -131,7 +131,7 @@ fn rival(command: &Command) -> Command {
 
 /// A point so many metres east of where the rover starts, within the safe west of the map.
 fn east(world: &ResolvedScenario, by_m: f64) -> Waypoint {
-    let start = world.fleet.as_ref().unwrap().robots[0].vehicle.start().unwrap();
+    let start = world.brief.robots[0].start_at;
     Waypoint { x_m: start.x_m + by_m, ..start }
 }
 
@@ -279,8 +279,8 @@ fn a_reading_of_a_camera_that_errs_weighs_the_prior_for_the_guard() {
         let mut world = world("");
         let at = |by_m| east(&world, by_m);
         let points = [at(0.0), at(5.0)];
-        let robots = &mut world.fleet.as_mut().unwrap().robots;
-        robots[1].sensor = Sensor::ErringCamera { radius_m: 25.0, accuracy: 0.9 };
+        let camera = ErringCamera { radius_m: 25.0, accuracy: 0.9 };
+        world.brief.robots[1].sensor = Sensor::ErringCamera(camera);
         let terrain = Arc::make_mut(&mut world.terrain);
         let doubtful = terrain.grid.index(points[1].cell_of(&terrain.grid)).unwrap();
         terrain.prior[doubtful] = SpeedPrior::new([trap, 0.0, 0.0, 1.0 - trap]).unwrap();

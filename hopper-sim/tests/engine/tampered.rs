@@ -5,15 +5,15 @@ use std::fs;
 use std::path::Path;
 
 use contract::{
-    Action, Announcement, Branch, Brief, Cell, Collected, Command, Digest, Direction, Incarnation, Leader,
-    MonotonicNs, Name, Origin, Pace, Profile, Record, RobotId, RobotSet, Route, RunId, Status, Term, Timing,
-    Vehicle, Vetoed, Waypoint,
+    Account, Action, Announcement, Body, Branch, Brief, Cell, Collected, Command, Digest, Direction, Goal,
+    Incarnation, Leader, MonotonicNs, Name, Origin, Pace, Profile, Record, RobotId, Robots, Route, RunId,
+    Sensor, Status, Term, Timing, Vetoed, Waypoint,
 };
 use hopper_sim::journal::FILE_NAME;
 use hopper_sim::{
     Arbiter, Effect, Event, Journal, JournalError, JournalHeader, JournalReader, Mission, verify,
 };
-use scenario::{ResolvedScenario, Scenario};
+use scenario::{Fault, ResolvedScenario, Scenario};
 use tempfile::TempDir;
 
 use crate::fixture::{command, frame, header_payloads, name};
@@ -37,7 +37,7 @@ impl Flown {
     fn of(what: &'static str, world: ResolvedScenario) -> Self {
         let brief = Brief { run: RunId(5), ..world.brief };
         let mission =
-            Mission { brief, terrain: world.terrain.clone(), seed: SEED, fleet: world.fleet.clone() };
+            Mission { brief, terrain: world.terrain.clone(), seed: SEED, faults: world.faults.clone() };
         let dir = tempfile::tempdir().unwrap();
         let mut flight = Flight {
             arbiter: Arbiter::new(mission, None, Pace::Max, 0, MonotonicNs(1)),
@@ -163,14 +163,14 @@ impl Flight {
     }
 
     fn candidates(&mut self, number: usize) -> Vec<Action> {
-        let member = self.arbiter.team().map(|team| team.members[usize::from(team.due.0)]);
+        let due = self.arbiter.team().map_or(RobotId(0), |team| team.due);
+        let body = self.arbiter.mission().brief.robots[usize::from(due.0)].body;
         let turned = |from: usize| (0..4).map(move |turn| Direction::ALL[(from + turn) % 4]);
-        let vehicle = member.map_or(Vehicle::Hopper, |member| member.robot.vehicle);
-        let mut actions: Vec<Action> = match vehicle {
-            Vehicle::Hopper | Vehicle::HopperTo { .. } => turned(number / 3).map(Action::Hop).collect(),
-            Vehicle::Rover { .. } => turned(number / 4).map(Action::Step).collect(),
-            Vehicle::Driver { .. } => vec![Action::Drive, self.announce(number)],
-            Vehicle::Helicopter { .. } => vec![Action::Fly, self.announce(number)],
+        let mut actions: Vec<Action> = match body {
+            Body::Hopper(_) => turned(number / 3).map(Action::Hop).collect(),
+            Body::Rover(_) => turned(number / 4).map(Action::Step).collect(),
+            Body::Driver(_) => vec![Action::Drive, self.announce(number)],
+            Body::Helicopter(_) => vec![Action::Fly, self.announce(number)],
         };
         actions.push(Action::Hold);
         actions
@@ -444,23 +444,74 @@ const HEADER_TWISTS: &[(&str, HeaderTwist, &[&str])] = &[
     ("scenario", |header| header.brief.scenario = name("forged"), &["brief.scenario"]),
     ("hash", |header| header.brief.scenario_hash[31] ^= 1, &["brief.scenario_hash"]),
     ("profile", |header| header.brief.profile = other_profile(header.brief.profile), &["brief.profile"]),
-    ("robots", |header| header.brief.robots += u16::from(header.brief.robots > 1), &["brief.robots"]),
+    (
+        "robots",
+        |header| header.brief.robots = Robots::new(&header.brief.robots[..1]).unwrap(),
+        &["brief.robots.1"],
+    ),
+    (
+        "robots.heading",
+        |header| header.brief.robots[0].start.heading = Direction::West,
+        &["brief.robots.0.start.heading"],
+    ),
+    ("account", |header| header.brief.account = Account::Actions, &["brief.account"]),
     ("grid.width", |header| header.brief.grid.width += 1, &["brief.grid.width"]),
     ("grid.height", |header| header.brief.grid.height += 1, &["brief.grid.height"]),
     ("grid.cell_size_m", |header| header.brief.grid.cell_size_m *= 2.0, &["brief.grid.cell_size_m"]),
     ("grid.hop_cells", |header| header.brief.grid.hop_cells += 1, &["brief.grid.hop_cells"]),
     ("datum_m", |header| header.brief.datum_m += 1.0, &["brief.datum_m"]),
-    ("start", |header| header.brief.start.x += 1, &["brief.start.x"]),
-    ("goal", |header| header.brief.goal.y -= 1, &["brief.goal.y"]),
-    ("patrol", |header| header.brief.patrol = None, &["brief.patrol"]),
+    ("start", |header| header.brief.robots[0].start.cell.x += 1, &["brief.robots.0.start.cell.x"]),
+    (
+        "goal",
+        |header| {
+            let grid = header.brief.grid;
+            if let Goal::Reach(reach) = &mut header.brief.robots[0].goal {
+                reach.at.y_m -= grid.cell_size_m;
+            }
+        },
+        &["brief.robots.0.goal.at.y_m"],
+    ),
+    (
+        "goals",
+        |header| {
+            if let Goal::Visit(visit) = &mut header.brief.robots[0].goal {
+                visit.hops_max += 1;
+            }
+        },
+        &["brief.robots.0.goal.hops_max"],
+    ),
     ("weights", |header| header.brief.weights.distance += 1.0, &["brief.weights.distance"]),
     ("payoff", |header| header.brief.payoff.goal += 1.0, &["brief.payoff.goal"]),
     ("priors.safety", |header| header.brief.priors.safety.max += 1.0, &["brief.priors.safety.max"]),
     ("priors.height_m", |header| header.brief.priors.height_m.min -= 1.0, &["brief.priors.height_m.min"]),
     ("priors.treasures", |header| header.brief.priors.treasures += 1, &["brief.priors.treasures"]),
-    ("motion.gravity", |header| header.brief.motion.gravity_mps2 = 9.81, &["brief.motion.gravity_mps2"]),
-    ("motion.hard", |header| header.brief.motion.hard.flights += 1, &["brief.motion.hard.flights"]),
-    ("sensor", |header| header.brief.sensor.gain += 0.5, &["brief.sensor.gain"]),
+    (
+        "motion.gravity",
+        |header| {
+            if let Body::Hopper(hopper) = &mut header.brief.robots[0].body {
+                hopper.motion.gravity_mps2 = 9.81;
+            }
+        },
+        &["brief.robots.0.body.motion.gravity_mps2"],
+    ),
+    (
+        "motion.hard",
+        |header| {
+            if let Body::Hopper(hopper) = &mut header.brief.robots[0].body {
+                hopper.motion.hard.flights += 1;
+            }
+        },
+        &["brief.robots.0.body.motion.hard.flights"],
+    ),
+    (
+        "sensor",
+        |header| {
+            if let Sensor::Disc(disc) = &mut header.brief.robots[0].sensor {
+                disc.gain += 0.5;
+            }
+        },
+        &["brief.robots.0.sensor.gain"],
+    ),
     ("limits.steps_max", |header| header.brief.limits.steps_max += 1, &["brief.limits.steps_max"]),
     (
         "limits.decision_budget_ns",
@@ -472,29 +523,24 @@ const HEADER_TWISTS: &[(&str, HeaderTwist, &[&str])] = &[
     ("reading", |header| header.brief.reading.opening_steps += 1, &["brief.reading.opening_steps"]),
     (
         "cover",
-        |header| header.brief.cover.iter_mut().for_each(|cover| cover.percent -= 1),
-        &["brief.cover.percent"],
-    ),
-    (
-        "scout",
-        |header| header.brief.scout.iter_mut().for_each(|scout| scout.seed ^= 1),
-        &["brief.scout.seed"],
-    ),
-    (
-        "mixed",
         |header| {
-            header.brief.mixed.iter_mut().for_each(|mixed| mixed.required = RobotSet::NONE.with(RobotId(1)))
+            if let Goal::Cover(cover) = &mut header.brief.robots[0].goal {
+                cover.percent -= 1;
+            }
         },
-        &["brief.mixed.required"],
+        &["brief.robots.0.goal.percent"],
     ),
     (
-        "fleet.robots",
-        |header| {
-            let robots = header.fleet.iter_mut().flat_map(|fleet| &mut fleet.robots);
-            robots.take(1).for_each(|robot| robot.start.cell.x += 1);
-        },
-        &["fleet.robots.0.start.cell.x"],
+        "sampling",
+        |header| header.brief.sampling.iter_mut().for_each(|sampling| sampling.seed ^= 1),
+        &["brief.sampling.seed"],
     ),
+    (
+        "required",
+        |header| header.brief.robots.iter_mut().for_each(|robot| robot.required ^= true),
+        &["brief.robots.0.required"],
+    ),
+    ("faults", |header| header.faults.push(Fault { robot: RobotId(0), action: 9 }), &["faults"]),
     ("text", |header| header.resolved = "nonsense = (".into(), &["resolved"]),
     ("text", |header| header.resolved.clear(), &["resolved"]),
     (
@@ -513,7 +559,7 @@ const HEADER_TWISTS: &[(&str, HeaderTwist, &[&str])] = &[
     (
         "text.gravity",
         |header| header.resolved = header.resolved.replace("gravity_mps2 = 3.72", "gravity_mps2 = 9.81"),
-        &["brief.motion.gravity_mps2"],
+        &["brief.robots.0.body.motion.gravity_mps2"],
     ),
     // What the mission is flown on.
     (
@@ -612,7 +658,7 @@ fn change_each_byte(flown: &Flown) {
             let reader = JournalReader::open(flown.path()).unwrap();
             let world = reader.world().unwrap();
             let need = JournalHeader::new(&world, reader.header().seed).with_run(header.run());
-            assert_eq!((need.brief, need.fleet), (header.brief, header.fleet.clone()), "{what}, byte {at}");
+            assert_eq!((need.brief, need.faults), (header.brief, header.faults.clone()), "{what}, byte {at}");
             assert_eq!(world.terrain, flown.world.terrain, "{what}, byte {at}");
         }
     }

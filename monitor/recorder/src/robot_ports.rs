@@ -21,12 +21,13 @@ impl<P: Ports> Default for RobotPorts<P> {
 impl<P: Ports> RobotPorts<P> {
     /// Opens what the mission of `brief` has, and closes what it lacks. A service whose places are all taken is not read.
     pub fn follow(&mut self, ports: &mut P, brief: &Brief) {
-        let wanted = (brief.robots, brief.robots > 1 && brief.has_routes());
+        let count = brief.robots.count();
+        let wanted = (count, count > 1 && brief.has_routes());
         if self.opened == wanted {
             return;
         }
         *self = Self { opened: wanted, ..Self::default() };
-        for robot in (1..brief.robots).map(RobotId) {
+        for robot in (1..count).map(RobotId) {
             self.commands.extend(opened(ports, robot));
             if brief.has_routes() {
                 self.announcements.extend(opened(ports, robot));

@@ -1,8 +1,10 @@
 //! Frames for the page: small pieces of the history, each a named event with JSON data.
 
 use contract::{
-    Action, Brief, Cell, Decision, Grid, MonotonicNs, Patrol, Policy, RobotId, Stage, Vetoed, Waypoint,
+    Account, Action, Brief, Cell, Decision, Goal, Grid, MonotonicNs, Policy, Robot, RobotId, Stage, Vetoed,
+    Waypoint,
 };
+use report::goal_cells;
 use serde::Serialize;
 use serde_json::{Value, json};
 use speed_layer::{SpeedEstimate, SpeedLayer, SpeedRow};
@@ -126,7 +128,7 @@ impl History {
 
     fn status(&self, cursor: &mut Cursor, now: MonotonicNs) -> Option<Frame> {
         let (number, progress) = &self.progress;
-        let progress = progress.as_ref()?;
+        let (progress, brief) = (progress.as_ref()?, self.brief()?);
         if *number <= cursor.status {
             return None;
         }
@@ -146,7 +148,7 @@ impl History {
         let pacing = self.pacing.map(
             |pacing| json!({ "pace": pacing.pace.to_string(), "paused": pacing.paused, "heeds": pacing.obeys }),
         );
-        let status = json!({
+        let mut status = json!({
             "progress": progress,
             "interrupted": self.is_interrupted(),
             "peers": peers.collect::<Vec<_>>(),
@@ -163,6 +165,10 @@ impl History {
                 "term": state.leader.term,
             })),
         });
+        let members = status.pointer_mut("/progress/robots").and_then(Value::as_array_mut);
+        for (member, described) in members.into_iter().flatten().zip(brief.robots.iter()) {
+            member["robot"] = robot(described, &brief.grid);
+        }
         Some(frame("status", &status))
     }
 }
@@ -177,24 +183,38 @@ fn mission(brief: &Brief) -> Value {
         "scenario": brief.scenario,
         "profile": brief.profile,
         "grid": brief.grid,
-        "start": [brief.start.x, brief.start.y],
+        "start": [brief.robots[0].start.cell.x, brief.robots[0].start.cell.y],
         "goals": goals(brief).iter().map(|goal| [goal.x, goal.y]).collect::<Vec<_>>(),
-        "hops_max": brief.patrol.map(|patrol| patrol.hops_max),
+        "hops_max": brief.visits().map(|visit| visit.hops_max),
         "datum_m": brief.datum_m,
         "height_m": [brief.priors.height_m.min, brief.priors.height_m.max],
-        "sensor": brief.sensor,
+        "sensor": brief.robots[0].as_hopper().map(|(_, sensor)| sensor),
         "budget_us": brief.limits.decision_budget_ns as f64 / 1e3,
-        "robots": brief.robots,
-        "hops": brief.is_of_hopper(),
-        "speeds": brief.scout.is_some(),
+        "robots": brief.robots.count(),
+        "hops": brief.account == Account::Hopper,
+        "speeds": brief.sampling.is_some(),
         "steps_max": brief.limits.steps_max,
         "stages": Stage::ALL.map(Stage::as_str),
     })
 }
 
-/// The goals in the order they are visited; on a patrol the first follows the last.
-fn goals(brief: &Brief) -> &[Cell] {
-    brief.patrol.as_ref().map_or(std::slice::from_ref(&brief.goal), Patrol::goals)
+/// The goals of the last robot that goes to places, in the order they are visited, the first after the last; the start where no
+/// robot does.
+fn goals(brief: &Brief) -> Vec<Cell> {
+    let mut of_robots = brief.robots.iter().rev().map(|robot| goal_cells(&robot.goal, &brief.grid));
+    of_robots.find(|goals| !goals.is_empty()).unwrap_or_else(|| vec![brief.robots[0].start.cell])
+}
+
+/// A robot as the page draws it: its vehicle with start and goal, a point in metres or, of a robot that goes from cell to cell, a
+/// cell; and its sensor.
+fn robot(robot: &Robot, grid: &Grid) -> Value {
+    let goal = match &robot.goal {
+        Goal::Reach(reach) if robot.body.along_route().is_some() => json!(reach.at),
+        goal @ (Goal::Reach(_) | Goal::Visit(_)) => json!(goal.cell(grid, 0)),
+        Goal::Cover(_) | Goal::LookAhead(_) => Value::Null,
+    };
+    let vehicle = json!({ (robot.body.name()): { "start": robot.start_at, "goal": goal } });
+    json!({ "vehicle": vehicle, "sensor": robot.sensor })
 }
 
 fn hops(hops: &Hops, cursor: &mut Cursor) -> Option<Frame> {
@@ -335,7 +355,7 @@ fn policy(run: &RunHistory, cursor: &mut Cursor) -> Option<Frame> {
         return None;
     }
     cursor.policies = *number;
-    let centre = run.state.map_or(run.brief.start, |state| state.pose.cell);
+    let centre = run.state.map_or(run.brief.robots[0].start.cell, |state| state.pose.cell);
     let window = Window::around(&run.brief.grid, centre, policy)?;
     Some(frame("policy", &window.json(&run.brief.grid, policy)))
 }

@@ -179,7 +179,7 @@ impl History {
     #[must_use]
     pub fn lacks_pages(&self) -> bool {
         let lacks = |run: &RunHistory| {
-            run.brief.scout.is_some() && run.speeds.layer().is_none() || run.announcements.lacks_points()
+            run.brief.sampling.is_some() && run.speeds.layer().is_none() || run.announcements.lacks_points()
         };
         self.run.as_ref().is_some_and(lacks)
     }
@@ -378,12 +378,13 @@ impl RunHistory {
 
     /// Whether `state` proves that hops of this history are no longer in the journal.
     fn is_contradicted_by(&self, state: &State) -> bool {
-        let is_news = state.is_news(self.brief.robots, self.state.as_ref()) && !self.past.is_late(state);
+        let is_news =
+            state.is_news(self.brief.robots.count(), self.state.as_ref()) && !self.past.is_late(state);
         is_news && self.past.is_contradicted_by(state)
     }
 
     fn state(&mut self, state: &State) {
-        if !state.is_news(self.brief.robots, self.state.as_ref()) {
+        if !state.is_news(self.brief.robots.count(), self.state.as_ref()) {
             return;
         }
         self.state = Some(*state);
@@ -397,7 +398,7 @@ impl RunHistory {
 
     /// Adds the records that are due. False if the hops so far are not in the journal.
     fn past(&mut self, page: &PastPage) -> bool {
-        let robots = self.brief.robots;
+        let robots = self.brief.robots.count();
         for record in page.records.iter().filter(|record| record.robot.0 < robots) {
             if record.decision < self.hops.due() {
                 self.announcements.record(record);
@@ -419,18 +420,10 @@ impl RunHistory {
     fn team(&mut self, team: &Team) {
         self.announcements.team(team);
         self.team = Some(team.clone());
-        self.complete_speeds();
     }
 
     fn prior(&mut self, page: PriorPage) {
-        self.speeds.page(page);
-        self.complete_speeds();
-    }
-
-    fn complete_speeds(&mut self) {
-        if let Some(team) = &self.team {
-            self.speeds.complete(&team.members);
-        }
+        self.speeds.page(page, &self.brief.robots);
     }
 
     fn patch(&mut self, patch: MapPatch, now: MonotonicNs) -> Option<MapRequest> {

@@ -8,8 +8,8 @@
 use contract::map::belief::Belief;
 use contract::map::payoff::LandingPayoff;
 use contract::{
-    Action, Brief, Cell, Decision, Direction, Ground, Name, ObservedMap, Policy, PolicyCell, Profile, Soil,
-    Vetoed,
+    Account, Action, Cell, Decision, Direction, Ground, Leg, Name, ObservedMap, Policy, PolicyCell, Profile,
+    RobotId, Soil, Vetoed,
 };
 use motion::{Transition, transitions};
 
@@ -67,19 +67,19 @@ impl History {
     #[must_use]
     pub fn reason(&self, cell: Cell, at: Decision) -> Option<Reason> {
         let run = self.run.as_ref()?;
-        if !run.brief.grid.contains(cell) || !run.brief.is_of_hopper() {
+        if !run.brief.grid.contains(cell) || run.brief.account != Account::Hopper {
             return None;
         }
         let map = run.replica.map()?;
         let before = at.0.checked_sub(1).and_then(|before| run.hops.get(Decision(before)));
-        let brief = run.brief.leg(before.map_or(0, |hop| hop.visits));
-        Some(Surroundings::new(run, &brief, map).reason(cell, run))
+        let leg = run.brief.leg_of(RobotId(0), before.map_or(0, |hop| hop.visits))?;
+        Some(Surroundings::new(run, &leg, map).reason(cell, run))
     }
 }
 
 /// What the values around a cell are computed from.
 struct Surroundings<'a> {
-    brief: &'a Brief,
+    leg: &'a Leg,
     map: &'a ObservedMap,
     belief: Belief<'a>,
     payoff: LandingPayoff<'a>,
@@ -87,13 +87,13 @@ struct Surroundings<'a> {
 }
 
 impl<'a> Surroundings<'a> {
-    fn new(run: &'a RunHistory, brief: &'a Brief, map: &'a ObservedMap) -> Self {
-        let fits = |policy: &&Policy| policy.cells.len() == brief.grid.cells();
+    fn new(run: &'a RunHistory, leg: &'a Leg, map: &'a ObservedMap) -> Self {
+        let fits = |policy: &&Policy| policy.cells.len() == leg.grid.cells();
         Self {
-            brief,
+            leg,
             map,
-            belief: Belief::new(brief, map),
-            payoff: LandingPayoff::new(brief),
+            belief: Belief::new(leg, map),
+            payoff: LandingPayoff::new(leg),
             policy: run.policy.1.as_ref().filter(fits),
         }
     }
@@ -101,10 +101,10 @@ impl<'a> Surroundings<'a> {
     fn reason(&self, cell: Cell, run: &RunHistory) -> Reason {
         let is_here = run.state.as_ref().filter(|state| state.pose.cell == cell);
         let ground = self.belief.ground(cell);
-        let chances = transitions(&self.brief.motion, ground);
+        let chances = transitions(&self.leg.motion, ground);
         let values = self.values(cell, ground, &chances);
         let hops = Direction::ALL.map(|direction| {
-            let to = self.brief.grid.hop(cell, direction);
+            let to = self.leg.grid.hop(cell, direction);
             let ends = self.ends(to);
             HopReason {
                 direction,
@@ -128,34 +128,32 @@ impl<'a> Surroundings<'a> {
 
     /// The policy's cell, where it has one: on the lattice of the goal.
     fn at(&self, cell: Cell) -> Option<&'a PolicyCell> {
-        if !self.brief.grid.on_same_lattice(cell, self.brief.goal) {
+        if !self.leg.grid.on_same_lattice(cell, self.leg.goal) {
             return None;
         }
-        self.policy?.cells.get(self.brief.grid.index(cell)?)
+        self.policy?.cells.get(self.leg.grid.index(cell)?)
     }
 
     fn ends(&self, cell: Cell) -> Option<Ends> {
-        if !self.brief.grid.contains(cell) {
+        if !self.leg.grid.contains(cell) {
             return Some(Ends::OffMap);
         }
         let is_impassable = !self.belief.ground(cell).passable;
-        (cell == self.brief.goal)
-            .then_some(Ends::AtGoal)
-            .or_else(|| is_impassable.then_some(Ends::Impassable))
+        (cell == self.leg.goal).then_some(Ends::AtGoal).or_else(|| is_impassable.then_some(Ends::Impassable))
     }
 
     /// The values of the four hops in the order of [`Direction::ALL`].
     fn values(&self, cell: Cell, ground: &Ground, chances: &[Transition; 4]) -> Option<[f64; 4]> {
-        let has_treasures = self.brief.priors.treasures > 0 || !self.map.treasures().is_empty();
+        let has_treasures = self.leg.priors.treasures > 0 || !self.map.treasures().is_empty();
         if has_treasures || self.ends(cell).is_some() {
             return None;
         }
         let here = self.payoff.of(cell, ground) + self.at(cell)?.value;
         let mut around = [0.0; 4];
         for direction in Direction::ALL {
-            around[direction as usize] = self.afterstate(self.brief.grid.hop(cell, direction), here)?;
+            around[direction as usize] = self.afterstate(self.leg.grid.hop(cell, direction), here)?;
         }
-        let discount = self.brief.payoff.discount;
+        let discount = self.leg.payoff.discount;
         Some(Direction::ALL.map(|direction| {
             let Transition { intended, stayed, left, right } = chances[direction as usize];
             let next = intended * around[direction as usize]
@@ -174,7 +172,7 @@ impl<'a> Surroundings<'a> {
     fn afterstate(&self, cell: Cell, here: f64) -> Option<f64> {
         match self.ends(cell) {
             None => Some(self.payoff.of(cell, self.belief.ground(cell)) + self.at(cell)?.value),
-            Some(Ends::AtGoal) => Some(self.brief.payoff.goal),
+            Some(Ends::AtGoal) => Some(self.leg.payoff.goal),
             Some(Ends::OffMap) if self.staying_off_map() => Some(here),
             Some(Ends::OffMap | Ends::Impassable) => Some(self.loss()),
         }
@@ -182,19 +180,18 @@ impl<'a> Surroundings<'a> {
 
     /// Whether a hop off the map counts as staying, in the planner's model.
     fn staying_off_map(&self) -> bool {
-        self.brief.profile == Profile::Paper2023 && self.brief.reading.leaving.is_none()
+        self.leg.profile == Profile::Paper2023 && self.leg.reading.leaving.is_none()
     }
 
     /// The afterstate value of being lost.
     fn loss(&self) -> f64 {
-        if let Some(leaving) = self.brief.reading.leaving {
+        if let Some(leaving) = self.leg.reading.leaving {
             return leaving;
         }
-        let nodes =
-            self.brief.grid.iter().filter(|&cell| self.brief.grid.on_same_lattice(cell, self.brief.goal));
+        let nodes = self.leg.grid.iter().filter(|&cell| self.leg.grid.on_same_lattice(cell, self.leg.goal));
         let grounds =
             nodes.map(|cell| (cell, self.belief.ground(cell))).filter(|(_, ground)| ground.passable);
         let worst = grounds.map(|(cell, ground)| self.payoff.of(cell, ground)).fold(0.0, f64::min);
-        LOSS + worst / (1.0 - self.brief.payoff.discount)
+        LOSS + worst / (1.0 - self.leg.payoff.discount)
     }
 }

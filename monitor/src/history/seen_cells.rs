@@ -1,6 +1,8 @@
 //! The cells of the observed map in the order they were first seen.
 
-use contract::{Brief, Cell, Decision, DriveSpeed, Grid, ObservedMap, RobotId, Soil};
+use contract::{
+    Brief, Camera, Cell, Decision, DriveSpeed, ErringCamera, Grid, ObservedMap, RobotId, Sensor, Soil,
+};
 
 use super::Hops;
 
@@ -101,7 +103,7 @@ impl SeenCells {
 
     /// Adds what is new in `map`. The hops must be known up to the decision that the map covers.
     ///
-    /// A cell counts as seen from the first pose whose sensing disc contains it, so a history that starts late equals
+    /// A cell counts as seen from the first pose from which its robot's sensor reaches it, so a history that starts late equals
     /// one from the start.
     pub fn learn(&mut self, map: &ObservedMap, hops: &Hops) {
         let Some(through) = map.through else { return };
@@ -160,7 +162,7 @@ impl SeenCells {
                 return;
             }
             let Some((robot, cell, height_m)) = self.pose(hops, decision) else { continue };
-            let reach_cells = self.brief.sensor_of(robot).reach_cells(&self.grid, height_m);
+            let Some((is_square, reach_cells)) = self.reach(robot, height_m) else { continue };
             let reach = reach_cells as i32;
             let clip = |at: i32, side: u32| {
                 at.saturating_sub(reach).max(0)..=at.saturating_add(reach).min(side as i32 - 1)
@@ -168,7 +170,7 @@ impl SeenCells {
             for y in clip(cell.y, self.grid.height) {
                 for x in clip(cell.x, self.grid.width) {
                     let at = Cell::new(x, y);
-                    if at.distance_cells(cell) <= reach_cells {
+                    if is_square || at.distance_cells(cell) <= reach_cells {
                         pending -= usize::from(self.stamp(at, decision));
                     }
                 }
@@ -191,10 +193,23 @@ impl SeenCells {
         true
     }
 
-    /// Cell and height of the hopper when a decision was due; `None` if not known.
+    /// Whether a robot sees a square instead of a disc, and how far it sees from a height, cells. Of what it sees on its way between
+    /// two poses, nothing is known but the map that has it first.
+    fn reach(&self, robot: RobotId, height_m: f64) -> Option<(bool, f64)> {
+        Some(match self.brief.robots.at(robot)?.sensor {
+            Sensor::Disc(disc) => (false, disc.reach_cells(&self.grid, height_m)),
+            Sensor::Square(square) => (true, f64::from(square.range_cells)),
+            Sensor::Track(_) => (false, 0.0),
+            Sensor::Camera(Camera { radius_m }) | Sensor::ErringCamera(ErringCamera { radius_m, .. }) => {
+                (false, radius_m / self.grid.cell_size_m)
+            }
+        })
+    }
+
+    /// Number, cell and height of the robot that acted last when a decision was due; `None` if not known.
     fn pose(&self, hops: &Hops, decision: u64) -> Option<(RobotId, Cell, f64)> {
         let Some(before) = decision.checked_sub(1) else {
-            let start = self.brief.start;
+            let start = self.brief.robots[0].start.cell;
             let height_m = self.cells[self.grid.index(start)?].height_m;
             return Some((RobotId(0), start, f64::from(height_m)));
         };

@@ -1,6 +1,6 @@
 //! The expected speeds of uncertain ground: the prior is gathered once, page by page, as planners gather it.
 
-use contract::{Brief, Member, MonotonicNs, PriorPage, PriorRequest};
+use contract::{Brief, MonotonicNs, PriorPage, PriorRequest, Robot};
 use follow::PriorFollower;
 use speed_layer::SpeedLayer;
 
@@ -17,7 +17,7 @@ impl Speeds {
         self.prior.begin(brief);
     }
 
-    /// The layer, once the prior is whole and the robots are known.
+    /// The layer, once the prior is whole.
     pub fn layer(&self) -> Option<&SpeedLayer> {
         self.layer.as_ref()
     }
@@ -27,15 +27,12 @@ impl Speeds {
         self.prior.ask(now)
     }
 
-    /// Adds a page that was asked for. One that cannot be is asked for again.
-    pub fn page(&mut self, page: PriorPage) {
+    /// Adds a page that was asked for; with the last one, makes the layer. A page that cannot be is asked for again. Of the robots
+    /// only the cameras count.
+    pub fn page(&mut self, page: PriorPage, robots: &[Robot]) {
         let _ = self.prior.page(page);
-    }
-
-    /// Makes the layer once the prior is whole; of the robots only the cameras count, which never change.
-    pub fn complete(&mut self, members: &[Member]) {
         if let Some(prior) = self.prior.take() {
-            self.layer = Some(SpeedLayer::new(&prior.cells, members));
+            self.layer = Some(SpeedLayer::new(&prior.cells, robots));
         }
     }
 }

@@ -1,6 +1,6 @@
 //! What the ground of the terminal's map shows.
 
-use contract::{Brief, Decision, Grid};
+use contract::{Account, Brief, Decision, Grid};
 use monitor::history::{Hop, Hops};
 use ratatui::style::{Color, Style};
 use ratatui::text::{Line, Span};
@@ -28,7 +28,7 @@ impl Layer {
     /// The layers of a mission, in the order in which a key goes through them.
     #[must_use]
     pub fn of(brief: &Brief) -> &'static [Layer] {
-        match (brief.scout.is_some(), brief.robots > 1 || !brief.is_of_hopper()) {
+        match (brief.sampling.is_some(), brief.has_team()) {
             (true, _) => &[Layer::Ground, Layer::Visits, Layer::Speed, Layer::Spread],
             (false, true) => &[Layer::Ground, Layer::Visits],
             (false, false) => &[Layer::Ground],
@@ -38,7 +38,7 @@ impl Layer {
     /// The layer that is shown first.
     #[must_use]
     pub fn first(brief: &Brief) -> Layer {
-        match (brief.scout.is_some(), brief.is_of_hopper()) {
+        match (brief.sampling.is_some(), brief.account == Account::Hopper) {
             (true, _) => Layer::Speed,
             (false, true) => Layer::Ground,
             (false, false) => Layer::Visits,

@@ -1,12 +1,13 @@
 //! The observed map in characters, with routes, robots and goals on it.
 
-use contract::{Action, Branch, Brief, Cell, Decision, Direction, RobotId, Waypoint};
+use contract::{Account, Action, Branch, Brief, Cell, Decision, Direction, Goal, Robot, RobotId, Waypoint};
 use ratatui::Frame;
 use ratatui::layout::Rect;
 use ratatui::style::{Color, Modifier, Style};
 
 use monitor::History;
 use monitor::history::{Hop, Seen, SeenCells};
+use report::goal_cells;
 use report::picture::colour;
 
 use crate::layer::{ink, visits};
@@ -61,7 +62,7 @@ impl<'a> View<'a> {
             places,
             policy: settings.policy && stride == 1 && policy,
             heights_m: ground.heights_m().unwrap_or((0.0, 1.0)),
-            robots: brief.robots,
+            robots: brief.robots.count(),
             layer: settings.layer(brief),
             visits: match settings.layer(brief) {
                 Layer::Visits => visits(&brief.grid, history.hops()?, at),
@@ -103,10 +104,10 @@ impl<'a> View<'a> {
         let (Some(brief), Some(hops)) = (self.history.brief(), self.history.hops()) else { return };
         self.travels(brief, &mut put);
         let flown = (self.at.0.saturating_sub(hops.first().0)) as usize;
-        // On a patrol only the current leg and the one before are shown.
+        // Of goals visited in turn only the current leg and the one before are shown.
         let visits = hop_before(self.history, self.at).map_or(0, |hop| hop.visits);
         let is_shown = |hop: &&Hop| {
-            hop.visits + 1 >= visits && (self.robots == 1 || !brief.has_routes() || hop.robot.0 == 0)
+            hop.visits + 1 >= visits && (self.robots == 1 || !has_ways(brief) || hop.robot.0 == 0)
         };
         let shown = || hops.from(hops.first()).take(flown).filter(is_shown);
         for hop in shown() {
@@ -123,15 +124,17 @@ impl<'a> View<'a> {
                 Branch::Intended | Branch::Held | Branch::Halted => {}
             }
         }
-        if brief.is_of_hopper() {
-            put(brief.start, "S ", START);
+        if brief.account == Account::Hopper {
+            put(brief.robots[0].start.cell, "S ", START);
             for treasure in self.history.treasures(self.at) {
                 put(treasure, "✦ ", TREASURE);
             }
-            for &goal in brief.patrol.iter().flat_map(|patrol| patrol.goals()) {
+            for &goal in brief.visits().iter().flat_map(|visit| visit.goals()) {
                 put(goal, "☆ ", LATER_GOAL);
             }
-            put(goal(self.history, brief, self.at), "★ ", GOAL);
+            if let Some(goal) = goal(self.history, brief, self.at) {
+                put(goal, "★ ", GOAL);
+            }
         }
         if self.robots > 1 {
             for (robot, cell) in self.robot_cells() {
@@ -142,11 +145,10 @@ impl<'a> View<'a> {
         }
     }
 
-    /// Where robots that announce routes look, will go, and have gone; later ones replace earlier ones.
+    /// Where robots look, will go, and have gone; later ones replace earlier ones.
     fn travels(&self, brief: &Brief, put: &mut impl FnMut(Cell, &'static str, Paint)) {
         let (Some(hops), Some(routes)) = (self.history.hops(), self.history.announcements()) else { return };
-        let members = self.history.progress().map_or(&[][..], |progress| &progress.robots);
-        if !brief.has_routes() {
+        if !has_ways(brief) {
             return;
         }
         let middle = |cell| Waypoint::middle_of(&brief.grid, cell);
@@ -161,7 +163,7 @@ impl<'a> View<'a> {
         };
         for (robot, cell) in self.robot_cells() {
             let (at, paint) = (middle(cell), (robot_paint(robot).1.unwrap_or(BLACK), Some(BLACK)));
-            let view_m = members.get(robot).and_then(|member| member.robot.sensor.view_m());
+            let view_m = brief.robots.get(robot).and_then(|robot| robot.sensor.view_m());
             let on_rim = |n: u32, view_m: f64| {
                 let (sine, cosine) = (std::f64::consts::TAU * f64::from(n) / 64.0).sin_cos();
                 Waypoint { x_m: at.x_m + view_m * cosine, y_m: at.y_m + view_m * sine }
@@ -178,20 +180,21 @@ impl<'a> View<'a> {
         let flown = (self.at.0.saturating_sub(hops.first().0)) as usize;
         for hop in hops.from(hops.first()).take(flown) {
             // A hopper's own way is drawn hop by hop.
-            let is_drawn = hop.from != hop.to && !(brief.is_of_hopper() && hop.robot.0 == 0);
+            let is_drawn = hop.from != hop.to && !(brief.account == Account::Hopper && hop.robot.0 == 0);
             if is_drawn {
                 let paint = robot_paint(hop.robot.0.into());
                 line(middle(hop.from), middle(hop.to), "• ", paint);
             }
         }
-        for member in members {
-            match member.robot.vehicle {
-                contract::Vehicle::Driver { start, goal, .. } => {
-                    put(start.cell_of(&brief.grid), "S ", START);
-                    put(goal.cell_of(&brief.grid), "★ ", GOAL);
-                }
-                contract::Vehicle::HopperTo { goal } => put(goal, "★ ", GOAL),
-                _ => {}
+        // The goals of the hopper that states tell of are drawn last.
+        let others = if brief.account == Account::Hopper { 1 } else { 0 };
+        for robot in &brief.robots[others..] {
+            let goals = goal_cells(&robot.goal, &brief.grid);
+            if robot.body.drives() && !goals.is_empty() {
+                put(robot.start_at.cell_of(&brief.grid), "S ", START);
+            }
+            for goal in goals {
+                put(goal, "★ ", GOAL);
             }
         }
     }
@@ -250,6 +253,12 @@ impl<'a> View<'a> {
             _ => ("  ", style),
         }
     }
+}
+
+/// Whether the ways of robots are drawn in their colours: of several robots, unless all cover ground.
+fn has_ways(brief: &Brief) -> bool {
+    let covers = |robot: &Robot| matches!(robot.goal, Goal::Cover(_));
+    brief.has_team() && !brief.robots.iter().all(covers)
 }
 
 /// Cells that were visited once, twice, and so on.

@@ -9,13 +9,13 @@ pub(crate) fn hop_before(history: &History, at: Decision) -> Option<&Hop> {
     history.hops()?.get(Decision(at.0.checked_sub(1)?))
 }
 
-/// The goal of the leg being flown when a decision was due.
-pub(crate) fn goal(history: &History, brief: &Brief, at: Decision) -> Cell {
-    brief.leg(hop_before(history, at).map_or(0, |hop| hop.visits)).goal
+/// The goal of robot 0 in force when a decision was due; `None` if it has none.
+pub(crate) fn goal(history: &History, brief: &Brief, at: Decision) -> Option<Cell> {
+    brief.robots[0].goal.cell(&brief.grid, hop_before(history, at).map_or(0, |hop| hop.visits))
 }
 
 pub(crate) fn pose(history: &History, at: Decision) -> Option<Cell> {
-    let start = history.brief()?.start;
+    let start = history.brief()?.robots[0].start.cell;
     Some(hop_before(history, at).map_or(start, |hop| hop.to))
 }
 
@@ -25,5 +25,5 @@ pub(crate) fn robot_of(history: &History, robot: RobotId) -> String {
 }
 
 pub(crate) fn is_team(history: &History) -> bool {
-    history.brief().is_some_and(|brief| brief.robots > 1)
+    history.brief().is_some_and(|brief| brief.robots.count() > 1)
 }

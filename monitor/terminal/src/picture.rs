@@ -1,6 +1,6 @@
 //! Lays out the history of a mission in a terminal: heading, map, side column, keys.
 
-use contract::{Decision, MonotonicNs};
+use contract::{Account, Decision, MonotonicNs};
 use ratatui::Frame;
 use ratatui::layout::{Alignment, Constraint, Flex, Layout};
 use ratatui::text::{Line, Span};
@@ -35,7 +35,7 @@ pub fn draw(frame: &mut Frame<'_>, history: &History, settings: &ViewSettings, n
     let [left, right] = Layout::horizontal([Constraint::Fill(1), Constraint::Length(38)]).areas(body);
     let shown = history.brief().map(|brief| settings.layer(brief)).unwrap_or_default();
     let around = match history.brief() {
-        Some(brief) if !brief.is_of_hopper() => ", around the robot ",
+        Some(brief) if brief.account != Account::Hopper => ", around the robot ",
         _ => ", around the hopper ",
     };
     let title = format!(" {}{}", shown.title(), if settings.follow { around } else { " " });
@@ -98,7 +98,7 @@ fn heading(history: &History, settings: &ViewSettings) -> Line<'static> {
     line.push(Span::raw(format!("{} · {} ", brief.scenario, brief.profile)));
     line.push(Span::styled(format!("● {word} "), style));
     let before = hop_before(history, at);
-    let count = match brief.patrol {
+    let count = match brief.visits() {
         None => format!("step {}/{}", before.map_or(0, |hop| hop.steps), brief.limits.steps_max),
         Some(_) => format!("goals visited {}", before.map_or(0, |hop| hop.visits)),
     };

@@ -110,7 +110,7 @@ impl Screen for Terminal {
             self.begun = true;
             // Robots that go from point to point are far apart: of them the whole map is shown.
             let is_large = brief.grid.width.max(brief.grid.height) > WHOLE_CELLS_MAX;
-            self.settings.follow = is_large && brief.scout.is_none();
+            self.settings.follow = is_large && brief.sampling.is_none();
             self.settings.policy &= !self.settings.follow;
         }
         let mut wishes = Vec::new();

@@ -1,6 +1,6 @@
 //! The column beside the map: the mission in figures, decision times, who commands, processes, events.
 
-use contract::{Branch, Brief, Decision, MonotonicNs, Origin, Policy, RobotId, Role, Stage};
+use contract::{Account, Branch, Brief, Decision, MonotonicNs, Origin, Policy, RobotId, Role, Stage};
 use ratatui::layout::Rect;
 use ratatui::style::{Color, Style};
 use ratatui::text::{Line, Span};
@@ -117,21 +117,22 @@ fn mission(history: &History, at: Decision, lines: &mut Vec<Line<'static>>) {
     else {
         return;
     };
-    let cell = pose(history, at).unwrap_or(brief.start);
     let height_m = hop_before(history, at).map_or(0.0, |hop| hop.height_m);
-    let distance_m = cell.distance_cells(goal(history, brief, at)) * brief.grid.cell_size_m;
+    let distance_m = pose(history, at)
+        .zip(goal(history, brief, at))
+        .map_or(0.0, |(cell, goal)| cell.distance_cells(goal) * brief.grid.cell_size_m);
     let cells = if at < hops.due() { ground.seen_by(at) } else { ground.seen() };
     let seen = 100.0 * cells as f64 / brief.grid.cells() as f64;
     let flown = at.0.saturating_sub(hops.first().0) as usize;
     let strays = |hop: &&Hop| matches!(hop.branch, Branch::Left | Branch::Right | Branch::Stayed);
     let stray = hops.from(hops.first()).take(flown).filter(strays).count();
     let treasures = hop_before(history, at).map_or(0, |hop| hop.collected.count());
-    if !brief.is_of_hopper() {
+    if brief.account != Account::Hopper {
         lines.extend(robots(history, brief, at, seen));
         return;
     }
     lines.push(Line::raw(format!("{distance_m:.1} m to go · {seen:.0} % seen · {stray} stray")));
-    let radius_m = brief.sensor.radius_m(height_m);
+    let radius_m = brief.robots[0].as_hopper().map_or(0.0, |(_, sensor)| sensor.radius_m(height_m));
     lines.push(Line::raw(format!("height {height_m:.2} m, sees {radius_m:.1} m · {treasures} ★")));
 }
 
@@ -147,18 +148,18 @@ fn robots(history: &History, brief: &Brief, at: Decision, seen_percent: f64) -> 
     let turn = due.map_or_else(|| "nobody's turn".into(), |robot| format!("robot {robot}'s turn"));
     let mut lines = vec![Line::raw(format!("{turn} · {seen_percent:.0} % seen"))];
     let members = history.progress().map_or(&[][..], |progress| &progress.robots);
-    for (robot, member) in members.iter().enumerate().take(ROBOT_LINES) {
+    for (robot, (described, member)) in brief.robots.iter().zip(members).enumerate().take(ROBOT_LINES) {
         let (ink, ground) = robot_paint(robot);
         let number = Span::styled(
             ROBOT_NUMBERS[robot % ROBOT_NUMBERS.len()],
             Style::new().fg(ink).bg(ground.unwrap_or(WHITE)),
         );
-        let kind = RobotKind::from(member.robot.vehicle).as_str();
+        let kind = RobotKind::from(described.body).as_str();
         let text = format!(" {kind} {}, {}", member.leader.planner, member.standing);
         lines.push(Line::from(vec![number, Span::raw(text)]));
     }
-    if usize::from(brief.robots) > ROBOT_LINES {
-        lines.push(Line::styled(format!("and {} more", usize::from(brief.robots) - ROBOT_LINES), DIM));
+    if brief.robots.len() > ROBOT_LINES {
+        lines.push(Line::styled(format!("and {} more", brief.robots.len() - ROBOT_LINES), DIM));
     }
     lines
 }

@@ -7,12 +7,12 @@
 mod mission;
 
 use contract::{
-    Action, Branch, Cell, Decision, Direction, DriveSpeed, Heartbeat, Incarnation, Leader, MapPatch, Member,
-    MonotonicNs, Name, ObservedMap, Pace, Pacing, PastPage, Placement, Policy, PriorCell, PriorPage, Robot,
-    RobotId, RobotSet, Role, Route, RoutePage, Scout, SeenCell, Sensor, SpeedPrior, Status, Team, Vehicle,
+    Account, Action, Branch, Cell, Decision, Direction, DriveSpeed, ErringCamera, Heartbeat, Incarnation,
+    Leader, MapPatch, Member, MonotonicNs, Name, ObservedMap, Pace, Pacing, PastPage, Policy, PriorCell,
+    PriorPage, Robot, RobotId, RobotSet, Role, Route, RoutePage, SeenCell, Sensor, SpeedPrior, Status, Team,
     Waypoint,
 };
-use mission::{Step, brief, ground, name, policy, records};
+use mission::{Step, brief, driver, ground, helicopter, name, policy, records, with_robots};
 use monitor::{Event, History, Input, Watcher};
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
@@ -155,17 +155,11 @@ fn the_keys_are_shown_and_back_leads_from_them_to_the_hop_and_from_there_to_now(
 
 /// A rover and a helicopter whose camera errs, after the helicopter's first two decisions.
 fn robots(brief: &contract::Brief, digest: contract::Digest) -> Team {
-    let at = |x_m, y_m| Waypoint { x_m, y_m };
-    let start = Placement { cell: brief.start, heading: Direction::North };
-    let member = |vehicle, sensor, planner| {
+    let member = |(robot, planner)| {
         let leader = Leader { planner: name(planner), ..Leader::default() };
-        Member { leader, ..Member::at_start(Robot { vehicle, sensor, start }) }
+        Member { leader, ..Member::at_start(robot) }
     };
-    let driver = Vehicle::Driver { start: at(1.5, 1.5), goal: at(13.5, 12.5), goal_radius_m: 3.0 };
-    let helicopter = Vehicle::Helicopter { start: at(1.5, 1.5), speed_mps: 5.0, budget_m: 300.0 };
-    let camera = Sensor::ErringCamera { radius_m: 3.0, accuracy: 0.8 };
-    let members =
-        [member(driver, Sensor::Track, "rrt_star_ett"), member(helicopter, camera, "rrt_star_it")].into();
+    let members = brief.robots.iter().zip(["rrt_star_ett", "rrt_star_it"]).map(member).collect();
     Team { run: brief.run, decision: Decision(2), digest, due: RobotId(1), actor: Some(RobotId(1)), members }
 }
 
@@ -198,9 +192,11 @@ fn half_read(brief: &contract::Brief, digest: contract::Digest) -> MapPatch {
 
 /// A rover and a helicopter some way along: the flight was announced, one leg of it flown, and half of the map read.
 fn scouting() -> History {
-    let scout = Some(Scout { seed: 1, rover_samples: 10, helicopter_samples: 10, stages: 1 });
-    let brief = contract::Brief { robots: 2, scout, ..brief(SIDE) };
     let at = |x_m, y_m| Waypoint { x_m, y_m };
+    let alone = brief(SIDE);
+    let sensor = Sensor::ErringCamera(ErringCamera { radius_m: 3.0, accuracy: 0.8 });
+    let both = [driver(&alone, at(13.5, 12.5)), Robot { sensor, ..helicopter(&alone) }];
+    let brief = with_robots(&alone, Account::Actions, &both);
     let route = Route::new(vec![at(1.5, 1.5), at(6.5, 4.5), at(10.5, 4.5)]).unwrap();
     let mut history = History::new(ROBOT);
     let mut watcher = Watcher::new(ROBOT);

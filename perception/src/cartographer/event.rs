@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use contract::{Brief, PastPage, RoutePage, RunId, State, Team, TruthPage};
+use contract::{Brief, PastPage, RoutePage, RunId, State, TruthPage};
 use terrain::Terrain;
 
 /// A message that came in, or the passing of time.
@@ -17,8 +17,6 @@ pub enum Event {
     Truth(TruthPage),
     /// The state.
     State(State),
-    /// The robots of a mission that is not a single hopper's.
-    Team(Team),
     /// Records that were asked for.
     Past(PastPage),
     /// A route that was asked for.

@@ -13,7 +13,7 @@ mod practice_world;
 
 use std::fmt;
 
-use contract::{Action, Cell, Decision, Direction, Profile, State, Task, Vetoed};
+use contract::{Action, Cell, Decision, Direction, Profile, State, Vetoed};
 
 use crate::plan::{Budget, Plan, PlanStatus, Planner, Pulse, Situation};
 use practice_world::{PracticeWorld, Progress};
@@ -33,7 +33,7 @@ const RESTARTS: [u64; 3] = [1, 3, 8];
 /// A rule of the law.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Rule {
-    /// It plans for at least one task of a hopper. Planners for rovers are not checked here.
+    /// It plans for a hopper that goes to a cell. Planners for rovers are not checked here.
     Task,
     /// It commands what its robot can do: a hopper holds or hops.
     Action,
@@ -89,7 +89,7 @@ pub struct Violation {
 /// The first violation found.
 pub fn check<P: Planner>(mut make: impl FnMut() -> P) -> Result<(), Violation> {
     let veteran = &mut make();
-    if !veteran.suits(Task::Reach) {
+    if !veteran.suits(&PracticeWorld::drawn(0, Profile::Hopper).brief.robots[0]) {
         let place = "before the mission".into();
         return Err(violation(veteran, Rule::Task, place, "a planner for a hopper".into(), "none".into()));
     }
@@ -117,6 +117,7 @@ impl Case<'_> {
         let state = State { vetoed, ..self.progress.state };
         let situation = Situation {
             brief: &self.world.brief,
+            leg: Some(&self.world.leg),
             map: &self.progress.map,
             state: &state,
             team: None,

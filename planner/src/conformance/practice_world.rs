@@ -1,9 +1,10 @@
 //! Small drawn worlds in which a planner is tried, and the least of a mission in them.
 
 use contract::{
-    Action, Branch, Brief, Cell, Collected, Decision, Digest, GradientSource, Grid, Ground, Guard, Leader,
-    Limits, MonotonicNs, MotionParameters, Name, ObservedMap, Origin, Payoff, Pose, Priors, Profile, Range,
-    Reading, RobotId, RunId, SensorParameters, Soil, SoilMotion, State, Timing, Vetoed, Weights,
+    Account, Action, Branch, Brief, Cell, Collected, Decision, Digest, GradientSource, Grid, Ground, Guard,
+    Leader, Leg, Limits, MonotonicNs, MotionParameters, Name, ObservedMap, Origin, Payoff, Pose, Priors,
+    Profile, Range, Reading, Robot, RobotId, Robots, RunId, SensorParameters, Soil, SoilMotion, State,
+    Timing, Vetoed, Weights,
 };
 use motion::{Domain, Draw, landing, steps, transition};
 
@@ -17,6 +18,7 @@ const STEPS_MAX: u64 = 60;
 #[derive(Clone, Debug)]
 pub(super) struct PracticeWorld {
     pub(super) brief: Brief,
+    pub(super) leg: Leg,
     /// In index order.
     cells: Vec<Ground>,
 }
@@ -71,17 +73,28 @@ impl PracticeWorld {
         [safety, information]: [f64; 2],
         profile: Profile,
     ) -> Self {
+        let motion = MotionParameters {
+            hard: SoilMotion { intended: 0.9, stuck: 0.0, sideways: 0.05, flights: 1 },
+            sand: SoilMotion { intended: 0.7, stuck: 0.1, sideways: 0.1, flights: 2 },
+            slope_limit_rad: std::f64::consts::FRAC_PI_6,
+            launch_angle_rad: std::f64::consts::FRAC_PI_4,
+            gravity_mps2: 3.72,
+        };
+        let sensor = SensorParameters {
+            gain: 2.0,
+            offset_m: 1.0,
+            radius_min_m: 1.0,
+            radius_max_m: 3.0,
+            gradient: GradientSource::Measured,
+        };
+        let hopper = Robot::hopper(&grid, motion, sensor, [start, goal]);
         let brief = Brief {
             run: RunId(1),
             scenario: Name::NONE,
             scenario_hash: [0; 32],
             profile,
-            robots: 1,
             grid,
             datum_m: 0.0,
-            start,
-            goal,
-            patrol: None,
             weights: Weights { safety, information, distance: 10.0 },
             payoff: Payoff { goal: 100.0, treasure: 10.0, discount: 0.99, sand_term: -5.0 },
             priors: Priors {
@@ -89,33 +102,19 @@ impl PracticeWorld {
                 height_m: Range { min: -0.5, max: 0.5 },
                 treasures: 0,
             },
-            motion: MotionParameters {
-                hard: SoilMotion { intended: 0.9, stuck: 0.0, sideways: 0.05, flights: 1 },
-                sand: SoilMotion { intended: 0.7, stuck: 0.1, sideways: 0.1, flights: 2 },
-                slope_limit_rad: std::f64::consts::FRAC_PI_6,
-                launch_angle_rad: std::f64::consts::FRAC_PI_4,
-                gravity_mps2: 3.72,
-            },
-            sensor: SensorParameters {
-                gain: 2.0,
-                offset_m: 1.0,
-                radius_min_m: 1.0,
-                radius_max_m: 3.0,
-                gradient: GradientSource::Measured,
-            },
             limits: Limits { steps_max: STEPS_MAX, decision_budget_ns: 600_000_000 },
             guard: Guard::OFF,
             reading: Reading::default(),
-            cover: None,
-            scout: None,
-            mixed: None,
+            account: Account::Hopper,
+            sampling: None,
+            robots: Robots::new(&[hopper]).expect("one robot is enough"),
         };
-        Self { brief, cells }
+        Self { brief, leg: brief.leg(0), cells }
     }
 
     /// A mission before its first decision.
     pub(super) fn begin(&self) -> Progress {
-        let Brief { run, grid, start, .. } = self.brief;
+        let Leg { run, grid, start, .. } = self.leg;
         let state = State {
             run,
             robot: RobotId(0),
@@ -148,8 +147,8 @@ impl PracticeWorld {
         let (branch, cell) = match action {
             Action::Hop(direction) => {
                 let uniform = Draw::new(seed, Domain::Motion, RobotId(0), state.decision).uniform();
-                let branch = transition(&self.brief.motion, &ground, direction).branch(uniform);
-                (branch, landing(&self.brief.grid, state.pose.cell, direction, branch))
+                let branch = transition(&self.leg.motion, &ground, direction).branch(uniform);
+                (branch, landing(&self.leg.grid, state.pose.cell, direction, branch))
             }
             _ => (Branch::Held, state.pose.cell),
         };
@@ -158,7 +157,7 @@ impl PracticeWorld {
         let ground = self.ground(cell).filter(|ground| ground.passable)?;
         state.pose = Pose { cell, height_m: ground.height_m };
         self.sense(map, cell);
-        (state.steps < STEPS_MAX && cell != self.brief.goal).then_some(progress)
+        (state.steps < STEPS_MAX && cell != self.leg.goal).then_some(progress)
     }
 
     fn ground(&self, cell: Cell) -> Option<&Ground> {
@@ -168,7 +167,7 @@ impl PracticeWorld {
     /// Writes down what can be seen from `cell`.
     fn sense(&self, map: &mut ObservedMap, from: Cell) {
         let height_m = self.ground(from).map_or(0.0, |ground| ground.height_m);
-        let reach_cells = self.brief.sensor.reach_cells(&self.brief.grid, height_m);
+        let reach_cells = self.leg.sensor.reach_cells(&self.leg.grid, height_m);
         for (index, ground) in self.cells.iter().enumerate() {
             if self.brief.grid.cell(index).distance_cells(from) <= reach_cells {
                 map.learn(index, *ground);

@@ -3,13 +3,11 @@
 //! Home of the decision rule of Laîné & Yoshida 2019 and of `cover_frontier`, as planners of a process. All rovers share
 //! one map, so a process that commands several of them keeps one [`Cover`].
 
-use contract::{
-    Action, Cover as Share, Grid, Member, Name, ObservedMap, Placement, RunId, Standing, Task, Team, Vehicle,
-};
+use contract::{Action, Body, Brief, Goal, Name, ObservedMap, Placement, Robot, RunId, Standing, Team};
 use coverage::{Algorithm, Knowledge, Rover, TeamMap};
 
 use crate::names;
-use crate::others::wait_or_hold;
+use crate::others::{goal_of_hops, wait_or_hold};
 use crate::plan::{Budget, Plan, PlanStatus, Planner, Situation};
 
 /// A planner for coverage, with the observed map in the form that it searches.
@@ -56,28 +54,29 @@ impl Planner for Cover {
         names::name(self.algorithm.name())
     }
 
-    fn suits(&self, task: Task) -> bool {
-        matches!(task, Task::Cover(_))
+    fn suits(&self, robot: &Robot) -> bool {
+        covers(robot)
     }
 
     fn plan(&mut self, situation: &Situation<'_>, _: &Budget) -> Plan {
-        let (Some(team), Some(Share { mode, .. })) = (situation.team, situation.brief.cover) else {
+        let brief = situation.brief;
+        let (Some(team), Some(cover)) = (situation.team, brief.cover()) else {
             return Plan::at_once(Action::Hold, PlanStatus::Infeasible);
         };
-        let is_rover = |member: &&Member| matches!(member.robot.vehicle, Vehicle::Rover { .. });
-        let due = usize::from(team.due.0);
-        let robot = team.members.iter().take(due).filter(is_rover).count();
-        if !team.members.get(due).is_some_and(|member| is_rover(&member)) {
+        if !brief.robots.at(team.due).is_some_and(covers) {
             return Plan::at_once(Action::Hold, PlanStatus::Infeasible);
         }
+        let before = brief.robots.iter().take(team.due.0.into());
+        let robot = before.filter(|robot| covers(robot)).count();
         self.rovers.clear();
-        self.rovers.extend(rovers(team, &situation.map.grid));
+        self.rovers.extend(rovers(brief, team));
         self.refresh(situation.map);
         let Self { planner, map: Some((_, _, map)), rovers, .. } = self else {
             return Plan::at_once(Action::Hold, PlanStatus::Infeasible);
         };
-        let waits = if situation.brief.mixed.is_some() { wait_or_hold(team) } else { Action::Hold };
-        let situated = coverage::Situation { map, rovers, mode, robot };
+        // Rovers alone make way for each other; robots of other kinds may have to act first.
+        let waits = if brief.robots.iter().all(covers) { Action::Hold } else { wait_or_hold(team) };
+        let situated = coverage::Situation { map, rovers, mode: cover.mode, robot };
         match planner.decide(&situated).map(Action::Step) {
             // The guard knows better: another robot may have come there since the map was sensed.
             Some(step) if situation.state.vetoed.has(step) => Plan::at_once(waits, PlanStatus::Infeasible),
@@ -87,26 +86,28 @@ impl Planner for Cover {
     }
 }
 
+/// Whether a robot is a rover that covers ground.
+fn covers(robot: &Robot) -> bool {
+    matches!((robot.body, robot.goal), (Body::Rover(_), Goal::Cover(_)))
+}
+
 /// The rovers that cover ground, in the order of their numbers, and behind them what stands in the way as a stranded rover does:
 /// all other robots on the map's ground, and the goals of hoppers. Those have no region: ties go to the first rover, whose start they share.
-fn rovers<'a>(team: &'a Team, grid: &'a Grid) -> impl Iterator<Item = Rover> + 'a {
-    let is_rover = |member: &&Member| matches!(member.robot.vehicle, Vehicle::Rover { .. });
-    let first = team.members.iter().find(is_rover).map(|member| member.robot.start);
-    let on_map = |member: &&Member| grid.contains(member.at.cell);
-    let rovers = team.members.iter().filter(is_rover).filter(on_map).map(|member| Rover {
-        start: member.robot.start,
+fn rovers<'a>(brief: &'a Brief, team: &'a Team) -> impl Iterator<Item = Rover> + 'a {
+    let first = brief.robots.iter().find(|robot| covers(robot)).map(|robot| robot.start);
+    let robots = || brief.robots.iter().zip(team.members.iter());
+    let on_map = robots().filter(move |(_, member)| brief.grid.contains(member.at.cell));
+    let rovers = on_map.clone().filter(|(robot, _)| covers(robot)).map(|(robot, member)| Rover {
+        start: robot.start,
         pose: member.at,
         stranded: member.standing == Standing::Stranded,
     });
-    let is_other = move |member: &&Member| {
-        !is_rover(member) && member.robot.vehicle.is_on_ground() && grid.contains(member.at.cell)
-    };
-    let others = team.members.iter().filter(is_other).map(|member| member.at);
-    let goals = team.members.iter().filter_map(|member| {
-        let cell = member.robot.vehicle.hop_goal().filter(|goal| grid.contains(*goal))?;
+    let others = on_map.filter(|(robot, _)| !covers(robot) && robot.body.is_on_ground());
+    let goals = robots().filter_map(move |(robot, member)| {
+        let cell = goal_of_hops(brief, robot).filter(|goal| brief.grid.contains(*goal))?;
         Some(Placement { cell, ..member.at })
     });
-    let in_the_way = others.chain(goals);
+    let in_the_way = others.map(|(_, member)| member.at).chain(goals);
     rovers.chain(in_the_way.filter_map(move |pose| Some(Rover { start: first?, pose, stranded: true })))
 }
 

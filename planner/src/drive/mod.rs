@@ -10,14 +10,14 @@
 //! next point of the route is taken when its turn comes, the rover announces another route, or waits; it gives up if a robot
 //! that has stopped for good is there and no other route leads past it.
 
-use contract::{Action, Name, Route, Standing, Task, Travel, Vehicle, Waypoint};
-use routing::{Goal, Trip, ett_exact, rrt_star, rrt_star_ett};
+use contract::{Account, Action, Goal, Name, Robot, Route, Standing, Travel, Waypoint};
+use routing::{Trip, ett_exact, rrt_star, rrt_star_ett};
 use rover::{Belief, Caution, Point};
 
 use crate::names;
 use crate::others::occupant;
 use crate::plan::{Budget, Plan, PlanStatus, Planner, Situation};
-use crate::uncertain::{Around, Turn, announcement, point};
+use crate::uncertain::{Around, Turn, announcement, trip};
 
 /// How a rover's route is searched.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -47,7 +47,7 @@ impl Drive {
 
     /// A route on what is known, with random numbers of `seed`.
     fn route(&self, turn: &Turn<'_>, belief: &Belief, trip: &Trip, seed: u64) -> Option<routing::Route> {
-        let samples = turn.scout.rover_samples as usize;
+        let samples = turn.sampling.rover_samples as usize;
         match self.search {
             RouteSearch::Shortest => rrt_star(&belief.distance(), trip, samples, seed),
             RouteSearch::ExpectedTime => {
@@ -77,7 +77,7 @@ impl Drive {
         }
         let Travel { announced, halted, .. } = turn.travel;
         // Its own drive in the stage before counts too.
-        let news = turn.others().filter_map(|other| other.travel?.moved).chain(halted).max();
+        let news = turn.others().filter_map(|(_, other)| other.travel?.moved).chain(halted).max();
         let is_news = news.is_some() && news >= announced && replans;
         if old.is_some() && !is_news {
             return Plan::at_once(Action::Drive, PlanStatus::Solved);
@@ -125,7 +125,7 @@ impl Drive {
         let grid = &turn.map.grid;
         let next = turn.rest_of(turn.me).and_then(|rest| rest.get(1).copied());
         let to = next.map(|at| Waypoint { x_m: at.x_m, y_m: at.y_m }.cell_of(grid));
-        let Some(other) = to.and_then(|to| occupant(turn.team, grid, to)) else {
+        let Some(other) = to.and_then(|to| occupant(turn.brief, turn.team, to)) else {
             return plan;
         };
         let is_gone_soon = other.standing == Standing::Active;
@@ -151,7 +151,7 @@ impl Drive {
 fn begins_where_another_is(turn: &Turn<'_>, route: &routing::Route) -> bool {
     let grid = &turn.map.grid;
     let next = route.points.get(1).map(|at| Waypoint { x_m: at.x_m, y_m: at.y_m }.cell_of(grid));
-    next.is_some_and(|cell| occupant(turn.team, grid, cell).is_some())
+    next.is_some_and(|cell| occupant(turn.brief, turn.team, cell).is_some())
 }
 
 /// What is left of the route without the points where other robots are, if that is safe to drive.
@@ -161,7 +161,7 @@ fn rest_without_taken_points(turn: &Turn<'_>) -> Option<routing::Route> {
     let (start, end) = (*rest.first()?, *rest.last()?);
     let is_free = |at: &Point| {
         let cell = Waypoint { x_m: at.x_m, y_m: at.y_m }.cell_of(grid);
-        occupant(turn.team, grid, cell).is_none()
+        occupant(turn.brief, turn.team, cell).is_none()
     };
     rest.retain(|at| *at == start || is_free(at));
     if rest.last() != Some(&end) {
@@ -180,8 +180,8 @@ impl Planner for Drive {
         })
     }
 
-    fn suits(&self, task: Task) -> bool {
-        matches!(task, Task::Scout(_))
+    fn suits(&self, robot: &Robot) -> bool {
+        robot.body.drives()
     }
 
     fn announces(&self) -> bool {
@@ -191,9 +191,11 @@ impl Planner for Drive {
     fn plan(&mut self, situation: &Situation<'_>, _: &Budget) -> Plan {
         let hold = Plan::at_once(Action::Hold, PlanStatus::Infeasible);
         let Some(turn) = Turn::of(situation) else { return hold };
-        let Vehicle::Driver { goal, goal_radius_m, .. } = turn.me.robot.vehicle else { return hold };
-        let goal = Goal { at: point(goal), radius_m: goal_radius_m };
-        let trip = Trip { start: point(turn.travel.at), goal };
+        let Goal::Reach(goal) = turn.robot.goal else { return hold };
+        if !turn.robot.body.drives() {
+            return hold;
+        }
+        let trip = trip(&turn.travel, &goal);
         let plan = if turn.travel.reached == 0 || turn.travel.is_stage_fresh() {
             self.begin(&turn, &trip)
         } else if turn.travel.is_under_way() {
@@ -205,8 +207,11 @@ impl Planner for Drive {
         let plan =
             if plan.action == Action::Drive { self.pass_by(&turn, &trip, situation, plan) } else { plan };
         // The guard knows no more than the planner, but may be stricter. What it vetoed of the planner before this one
-        // is no reason not to announce a route.
-        let stays = if situation.brief.mixed.is_some() { turn.wait_or_hold() } else { Action::Hold };
+        // is no reason not to announce a route. Where waiting is no step, others may be gone by then.
+        let stays = match situation.brief.account {
+            Account::ActionsWithoutWaits => turn.wait_or_hold(),
+            Account::Actions | Account::Hopper => Action::Hold,
+        };
         if situation.state.vetoed.has(plan.action) { Plan { action: stays, ..hold } } else { plan }
     }
 

@@ -10,13 +10,13 @@ use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
 use contract::{
-    Action, Brief, Cell, Direction, Grid, Member, Name, Pose, RobotId, Route, State, Task, Vehicle, Waypoint,
+    Action, Body, Cell, Direction, Grid, Member, Name, Pose, Robot, RobotId, Route, State, Waypoint,
 };
 
 use super::ward;
 use crate::names;
 use crate::others::wait_or_hold;
-use crate::plan::{Budget, Plan, PlanStatus, Planner, Situation};
+use crate::plan::{Budget, Plan, PlanStatus, Planner, Situation, leg_at};
 use crate::route::Costs;
 use crate::route::costs::FORBIDDEN;
 
@@ -45,19 +45,17 @@ impl LookAhead {
         ready: &Ready,
         idles: Action,
     ) -> Plan {
-        // To the hopper the mission is its own way.
-        let goal = hopper.robot.vehicle.hop_goal().unwrap_or(situation.brief.goal);
-        let brief = &Brief { goal, ..situation.brief.for_hopper(robot) };
+        let idle = |action| Plan::at_once(action, PlanStatus::Solved);
+        let Some(leg) = leg_at(situation.brief, situation.state, robot) else { return idle(idles) };
         let state =
             &State { pose: Pose { cell: hopper.at.cell, ..situation.state.pose }, ..*situation.state };
         let map = situation.map;
-        let situation = &Situation { brief, state, ..*situation };
-        let idle = |action| Plan::at_once(action, PlanStatus::Solved);
-        let grid = &brief.grid;
+        let situation = &Situation { leg: Some(&leg), state, ..*situation };
+        let grid = &leg.grid;
         if ready.left_m < grid.cell_size_m {
             return idle(Action::Done);
         }
-        let way = cheapest_way(&Costs::new(situation), grid, state.pose.cell, brief.goal);
+        let way = cheapest_way(&Costs::new(situation), grid, state.pose.cell, leg.goal);
         let unseen = |cell: &Cell| map.ground(*cell).is_none();
         let Some(flight) = way.and_then(|way| ready.flight(grid, &way, unseen)) else {
             return idle(idles);
@@ -132,8 +130,8 @@ impl Planner for LookAhead {
         names::name(names::SCOUT_AHEAD)
     }
 
-    fn suits(&self, task: Task) -> bool {
-        task == Task::Accompany
+    fn suits(&self, robot: &Robot) -> bool {
+        matches!(robot.body, Body::Helicopter(_))
     }
 
     fn announces(&self) -> bool {
@@ -143,19 +141,20 @@ impl Planner for LookAhead {
     fn plan(&mut self, situation: &Situation<'_>, _: &Budget) -> Plan {
         let hold = Plan::at_once(Action::Hold, PlanStatus::Infeasible);
         let Some(team) = situation.team else { return hold };
-        let Some(me) = team.member(team.due) else { return hold };
-        let (Vehicle::Helicopter { budget_m, .. }, Some(view_m), Some(travel)) =
-            (me.robot.vehicle, me.robot.sensor.view_m(), me.travel)
+        let brief = situation.brief;
+        let (Some(me), Some(robot)) = (team.member(team.due), brief.robots.at(team.due)) else { return hold };
+        let (Body::Helicopter(helicopter), Some(view_m), Some(travel)) =
+            (robot.body, robot.sensor.view_m(), me.travel)
         else {
             return hold;
         };
-        let Some(hopper) = ward(team, Vehicle::hops) else {
+        let Some(hopper) = ward(brief, team, Body::hops) else {
             return Plan::at_once(Action::Done, PlanStatus::Solved);
         };
         if travel.is_under_way() {
             return Plan::at_once(Action::Fly, PlanStatus::Solved);
         }
-        let ready = Ready { at: travel.at, view_m, left_m: budget_m - travel.flown_m };
+        let ready = Ready { at: travel.at, view_m, left_m: helicopter.budget_m - travel.flown_m };
         self.begin(situation, hopper, &ready, wait_or_hold(team))
     }
 

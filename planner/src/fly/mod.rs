@@ -6,13 +6,13 @@
 
 pub mod ahead;
 
-use contract::{Action, Member, Name, RobotId, Route, Standing, Task, Team, Vehicle};
-use routing::{Goal, RrtStarIt, ScoutValue, Trip, rrt_star_it, scout_route, scout_value};
+use contract::{Action, Body, Brief, Goal, Member, Name, Robot, RobotId, Route, Standing, Team};
+use routing::{RrtStarIt, ScoutValue, Trip, rrt_star_it, scout_route, scout_value};
 use rover::Point;
 
 use crate::names;
 use crate::plan::{Budget, Plan, PlanStatus, Planner, Situation};
-use crate::uncertain::{Turn, announcement, point};
+use crate::uncertain::{Turn, announcement, point, trip};
 
 pub use ahead::LookAhead;
 
@@ -57,7 +57,8 @@ impl Fly {
         let Flight { budget_m, view_m, trip, seed } = *flight;
         Some(match self.search {
             FlightSearch::Route => {
-                let rest = ward(turn.team, is_driver).and_then(|(_, driver)| turn.rest_of(driver));
+                let driver = ward(turn.brief, turn.team, Body::drives);
+                let rest = driver.and_then(|(_, driver)| turn.rest_of(driver));
                 let along = |mut points: Vec<Point>| {
                     // A rover that waits for nobody may have driven on.
                     points[0] = start;
@@ -66,7 +67,7 @@ impl Fly {
                 rest.map_or(vec![start], along)
             }
             FlightSearch::Spread => {
-                let iterations = turn.scout.helicopter_samples as usize;
+                let iterations = turn.sampling.helicopter_samples as usize;
                 rrt_star_it(&turn.belief()?, start, &RrtStarIt { iterations, budget_m, view_m }, seed)
             }
             FlightSearch::Value => {
@@ -79,22 +80,19 @@ impl Fly {
     /// What to do before a flight is announced.
     fn begin(&mut self, turn: &Turn<'_>, trip: Trip) -> Plan {
         let idle = |action| Plan::at_once(action, PlanStatus::Infeasible);
-        let driver = ward(turn.team, is_driver).map(|(_, driver)| driver);
-        let is_first = driver.is_some_and(|driver| driver.last.is_none());
+        let driver = ward(turn.brief, turn.team, Body::drives);
+        let is_first = driver.is_some_and(|(_, driver)| driver.last.is_none());
         if self.search == FlightSearch::Route && is_first {
             return idle(turn.wait_or_hold());
         }
-        let (Vehicle::Helicopter { budget_m, .. }, Some(view_m)) =
-            (turn.me.robot.vehicle, turn.me.robot.sensor.view_m())
+        let (Body::Helicopter(helicopter), Some(view_m)) = (turn.robot.body, turn.robot.sensor.view_m())
         else {
             return idle(Action::Hold);
         };
         // Several helicopters with the same random numbers would fly side by side.
-        let before = turn.team.members.iter().take(turn.team.due.0.into());
-        let number =
-            before.filter(|member| matches!(member.robot.vehicle, Vehicle::Helicopter { .. })).count();
-        let seed = turn.seed().wrapping_add(number as u64);
-        let flight = Flight { budget_m: budget_m - turn.travel.flown_m, view_m, trip, seed };
+        let seed = turn.seed().wrapping_add(helicopters_before(turn.brief, turn.team.due) as u64);
+        let budget_m = helicopter.budget_m - turn.travel.flown_m;
+        let flight = Flight { budget_m, view_m, trip, seed };
         let route = self.flight(turn, &flight).as_deref().and_then(announcement);
         let Some(route) = route else { return idle(Action::Done) };
         let plan = Plan::at_once(Action::Announce(route.id()), PlanStatus::Solved);
@@ -103,22 +101,21 @@ impl Fly {
     }
 }
 
-/// The robot that the helicopter which decides looks ahead for, among those that `wants` names and that still act: the first
-/// helicopter for the first of them, the second for the second, and from the last on again for the first.
-fn ward(team: &Team, wants: impl Fn(&Vehicle) -> bool) -> Option<(RobotId, &Member)> {
+/// The robot that the helicopter which decides looks ahead for, among those whose body is one of those that it wants and that
+/// still act: the first helicopter for the first of them, the second for the second, and from the last on again for the first.
+fn ward<'a>(brief: &Brief, team: &'a Team, wants: impl Fn(&Body) -> bool) -> Option<(RobotId, &'a Member)> {
     let wards = || {
-        let acts = |(_, member): &(RobotId, &Member)| {
-            member.standing == Standing::Active && wants(&member.robot.vehicle)
-        };
-        (0..).map(RobotId).zip(team.members.iter()).filter(acts)
+        let numbered = brief.robots.numbered().zip(team.members.iter());
+        let acting = numbered.filter(|(_, member)| member.standing == Standing::Active);
+        acting.filter(|((_, robot), _)| wants(&robot.body)).map(|((number, _), member)| (number, member))
     };
-    let before = team.members.iter().take(team.due.0.into());
-    let number = before.filter(|member| matches!(member.robot.vehicle, Vehicle::Helicopter { .. })).count();
-    wards().nth(number % wards().count().max(1))
+    wards().nth(helicopters_before(brief, team.due) % wards().count().max(1))
 }
 
-fn is_driver(vehicle: &Vehicle) -> bool {
-    matches!(vehicle, Vehicle::Driver { .. })
+/// How many of the robots with smaller numbers are helicopters.
+fn helicopters_before(brief: &Brief, robot: RobotId) -> usize {
+    let before = brief.robots.iter().take(robot.0.into());
+    before.filter(|other| matches!(other.body, Body::Helicopter(_))).count()
 }
 
 impl Planner for Fly {
@@ -130,8 +127,8 @@ impl Planner for Fly {
         })
     }
 
-    fn suits(&self, task: Task) -> bool {
-        matches!(task, Task::Scout(_))
+    fn suits(&self, robot: &Robot) -> bool {
+        matches!(robot.body, Body::Helicopter(_))
     }
 
     fn announces(&self) -> bool {
@@ -141,21 +138,21 @@ impl Planner for Fly {
     fn plan(&mut self, situation: &Situation<'_>, _: &Budget) -> Plan {
         let hold = Plan::at_once(Action::Hold, PlanStatus::Infeasible);
         let Some(turn) = Turn::of(situation) else { return hold };
-        if !matches!(turn.me.robot.vehicle, Vehicle::Helicopter { .. }) {
+        if !matches!(turn.robot.body, Body::Helicopter(_)) {
             return hold;
         }
-        let driver = ward(turn.team, is_driver).map(|(_, driver)| driver);
-        let trip = match driver.map(|driver| (driver.robot.vehicle, driver.travel)) {
-            Some((Vehicle::Driver { goal, goal_radius_m, .. }, Some(travel))) => {
-                Trip { start: point(travel.at), goal: Goal { at: point(goal), radius_m: goal_radius_m } }
-            }
-            _ => return Plan::at_once(Action::Done, PlanStatus::Solved),
+        let driver = ward(turn.brief, turn.team, Body::drives);
+        let goal = driver.and_then(|(number, _)| Some(turn.brief.robots.at(number)?.goal));
+        let travel = driver.and_then(|(_, member)| member.travel);
+        let (Some(Goal::Reach(goal)), Some(travel)) = (goal, travel) else {
+            return Plan::at_once(Action::Done, PlanStatus::Solved);
         };
+        let trip = trip(&travel, &goal);
         if turn.travel.route.is_none() {
             self.begin(&turn, trip)
         } else if turn.travel.is_under_way() {
             Plan::at_once(Action::Fly, PlanStatus::Solved)
-        } else if turn.stage() < turn.scout.stages {
+        } else if turn.stage() < turn.sampling.stages {
             Plan::at_once(turn.wait_or_hold(), PlanStatus::Solved)
         } else {
             Plan::at_once(Action::Done, PlanStatus::Solved)

@@ -1,6 +1,6 @@
 //! The hop lattice: the cells that a hopper can reach by whole hops.
 
-use contract::{Brief, Cell, Grid};
+use contract::{Cell, Grid, Leg};
 
 /// The lattice that contains the goal: every `hop_cells`-th cell in both directions, numbered as nodes row by row.
 #[derive(Clone, Copy, Debug)]
@@ -15,17 +15,17 @@ pub struct HopLattice {
 }
 
 impl HopLattice {
-    /// The lattice of the brief's goal.
+    /// The lattice of the leg's goal.
     #[must_use]
-    pub fn new(brief: &Brief) -> Self {
-        let stride = brief.grid.hop_cells as i32;
-        let origin = Cell::new(brief.goal.x.rem_euclid(stride), brief.goal.y.rem_euclid(stride));
+    pub fn new(leg: &Leg) -> Self {
+        let stride = leg.grid.hop_cells as i32;
+        let origin = Cell::new(leg.goal.x.rem_euclid(stride), leg.goal.y.rem_euclid(stride));
         let along = |side: u32, origin: i32| ((side as i32 - origin + stride - 1) / stride) as usize;
         Self {
-            grid: brief.grid,
+            grid: leg.grid,
             origin,
-            width: along(brief.grid.width, origin.x),
-            height: along(brief.grid.height, origin.y),
+            width: along(leg.grid.width, origin.x),
+            height: along(leg.grid.height, origin.y),
         }
     }
 

@@ -29,7 +29,7 @@
 //! The loss of the hopper is [`LOSS_TREASURES`] treasures worse, so that no treasure at the edge of the map is worth a
 //! risk that the goal is not.
 
-use contract::{Action, Branch, Brief, Cell, ObservedMap, Profile};
+use contract::{Action, Branch, Cell, Leg, ObservedMap, Profile};
 use motion::{soil_motion, steps};
 use solver::{GridWorld, Kind, Site};
 
@@ -69,22 +69,23 @@ impl Hunt {
     /// The hunt of `situation`; `None` where there is nothing to hunt, or not the steps for it.
     #[must_use]
     pub fn of(situation: &Situation<'_>) -> Option<Self> {
-        let Situation { brief, map, state, .. } = *situation;
-        let treasures = brief.priors.treasures;
-        let hunts = brief.profile == Profile::Hopper && treasures > 0 && brief.payoff.treasure > 0.0;
+        let Situation { map, state, .. } = *situation;
+        let leg = situation.leg();
+        let treasures = leg.priors.treasures;
+        let hunts = leg.profile == Profile::Hopper && treasures > 0 && leg.payoff.treasure > 0.0;
         if !hunts || !has_steps_to_spare(situation) {
             return None;
         }
-        let weights = &brief.weights;
-        let treasure = TREASURE_FACTOR * brief.payoff.treasure;
+        let weights = &leg.weights;
+        let treasure = TREASURE_FACTOR * leg.payoff.treasure;
         let period_price = weights.distance * PERIOD_PRICE;
         let found = f64::from(state.collected.count()) + map.treasures().len() as f64;
-        let unseen = (brief.grid.cells() - map.seen_cells()).max(1) as f64;
+        let unseen = (leg.grid.cells() - map.seen_cells()).max(1) as f64;
         let density = (f64::from(treasures) - found).max(0.0) / unseen;
         let least_price = period_price - weights.safety.abs() - weights.information.abs();
         Some(Self {
             treasure,
-            per_cell: seen_first(brief) * density * (treasure - period_price).max(0.0),
+            per_cell: seen_first(leg) * density * (treasure - period_price).max(0.0),
             search_max: SEARCH_SHARE_MAX * least_price.max(0.0),
         })
     }
@@ -112,12 +113,12 @@ impl Hunt {
         world: &mut GridWorld,
         pulse: Pulse<'_>,
     ) {
-        let Situation { brief, map, .. } = *situation;
-        let belief = Belief::new(brief, map);
+        let (leg, map) = (situation.leg(), situation.map);
+        let belief = Belief::new(leg, map);
         let unseen = UnseenCells::new(map);
         for node in (0..lattice.nodes()).filter(|&node| world.kind(node) == Kind::Free).collect::<Vec<_>>() {
             let cell = lattice.cell(node);
-            let reach_cells = brief.sensor.reach_cells(&brief.grid, belief.ground(cell).height_m);
+            let reach_cells = leg.sensor.reach_cells(&leg.grid, belief.ground(cell).height_m);
             let search = self.per_cell * unseen.within(reach_cells, cell) as f64;
             let site = world.site(node);
             world.set(node, Site { payoff: site.payoff + search.min(self.search_max), ..site });
@@ -126,25 +127,26 @@ impl Hunt {
     }
 }
 
-/// Whether the steps left are enough for the way to the goal with the reserve. A patrol has steps without end.
+/// Whether the steps left are enough for the way to the goal with the reserve. Visits in turn have steps without end.
 fn has_steps_to_spare(situation: &Situation<'_>) -> bool {
-    let Situation { brief, map, state, .. } = *situation;
-    let (here, goal) = (state.pose.cell, brief.goal);
-    let soil = Belief::new(brief, map).unseen.soil;
+    let Situation { map, state, .. } = *situation;
+    let leg = situation.leg();
+    let (here, goal) = (state.pose.cell, leg.goal);
+    let soil = Belief::new(leg, map).unseen.soil;
     let hop = Action::Hop(contract::Direction::North);
     let [once, again] = [Branch::Intended, Branch::Stayed].map(|branch| steps(soil, hop, branch) as f64);
     // A hop is repeated until it succeeds.
-    let per_hop = once + again * (1.0 / soil_motion(&brief.motion, soil).intended - 1.0);
+    let per_hop = once + again * (1.0 / soil_motion(&leg.motion, soil).intended - 1.0);
     let cells = f64::from(here.x.abs_diff(goal.x)) + f64::from(here.y.abs_diff(goal.y));
-    let needed = per_hop * cells / f64::from(brief.grid.hop_cells);
-    let left = brief.limits.steps_max.saturating_sub(state.steps) as f64;
+    let needed = per_hop * cells / f64::from(leg.grid.hop_cells);
+    let left = leg.limits.steps_max.saturating_sub(state.steps) as f64;
     left > RESERVE * needed + RESERVE_STEPS
 }
 
 /// κ: which share of the disc that a landing sees is seen for the first time, on a straight way over flat ground.
-fn seen_first(brief: &Brief) -> f64 {
-    let grid = &brief.grid;
-    let reach_cells = brief.sensor.reach_cells(grid, 0.0).min(f64::from(grid.width.max(grid.height)));
+fn seen_first(leg: &Leg) -> f64 {
+    let grid = &leg.grid;
+    let reach_cells = leg.sensor.reach_cells(grid, 0.0).min(f64::from(grid.width.max(grid.height)));
     let rows = reach_cells as i32;
     let disc: f64 = (-rows..=rows).map(|row| f64::from(2 * half_row(reach_cells, row) + 1)).sum();
     (f64::from(2 * rows + 1) * f64::from(grid.hop_cells) / disc).min(1.0)

@@ -35,7 +35,7 @@ use crate::plan::{Budget, Plan, PlanStatus, Planner, Pulse, Situation};
 /// - **A hunt** ([`hunt`]) values treasures higher, and looks for those not yet seen; its model is solved from nothing too.
 #[derive(Clone, Debug, Default)]
 pub struct Mdp {
-    /// The model of the last brief planned for online.
+    /// The model of the last leg planned for online.
     online: Option<OnlineModel>,
     /// Whether the last plan is the online model's.
     is_online: bool,
@@ -54,7 +54,7 @@ impl Planner for Mdp {
         let here = situation.state.pose.cell;
         self.model = None;
         self.is_online = false;
-        if here == situation.brief.goal {
+        if here == situation.leg().goal {
             return Plan::at_once(Action::Hold, PlanStatus::Solved);
         }
         let hunt = Hunt::of(situation);
@@ -70,7 +70,7 @@ impl Planner for Mdp {
         if let Some(hunt) = hunt {
             hunt.prepare(situation, &mut model, budget.pulse);
         }
-        let treasure = hunt.map_or(situation.brief.payoff.treasure, |hunt| hunt.treasure);
+        let treasure = hunt.map_or(situation.leg().payoff.treasure, |hunt| hunt.treasure);
         self.treasures.rebuild(situation, &model, treasure);
         let mut reach = GoalSearch::default();
         let leads_to_goal = |&node: &usize| reach.leads_to_goal(&model.world, node);
@@ -107,11 +107,12 @@ impl Planner for Mdp {
 impl Mdp {
     /// Plans with the online model.
     fn plan_online(&mut self, situation: &Situation<'_>, pulse: Pulse<'_>) -> Plan {
-        let Situation { brief, map, state, .. } = *situation;
+        let Situation { map, state, .. } = *situation;
+        let leg = situation.leg();
         // In place: the model is large.
         match &mut self.online {
-            Some(online) if online.is_of(brief) => online.follow(map),
-            online => *online = Some(OnlineModel::new(brief, map)),
+            Some(online) if online.is_of(leg) => online.follow(map),
+            online => *online = Some(OnlineModel::new(leg, map)),
         }
         let online = self.online.as_mut().expect("the model was just brought up to date");
         // There is no decision off the hop lattice, and no hop where no goal can be reached.

@@ -18,7 +18,7 @@
 //!
 //! Hops keep to a lattice of every `hop_cells`-th cell, so only the goal's lattice is modelled.
 
-use contract::{Brief, Cell, Ground, Profile, Soil};
+use contract::{Cell, Ground, Leg, Profile, Soil};
 use motion::soil_motion;
 use scatter::slope_in_limits;
 use solver::{GridWorld, Kind, Leaving, Rules, Site};
@@ -47,9 +47,9 @@ impl Model {
     /// If the brief's numbers are out of range: they are checked where a brief enters a process.
     #[must_use]
     pub fn new(situation: &Situation<'_>) -> Self {
-        let Situation { brief, map, .. } = *situation;
-        let (lattice, belief) = (HopLattice::new(brief), Belief::new(brief, map));
-        let world = world(brief, &lattice, |node| *belief.ground(lattice.cell(node)));
+        let leg = situation.leg();
+        let (lattice, belief) = (HopLattice::new(leg), Belief::new(leg, situation.map));
+        let world = world(leg, &lattice, |node| *belief.ground(lattice.cell(node)));
         Self { lattice, world }
     }
 }
@@ -59,34 +59,34 @@ impl Model {
 /// # Panics
 /// If the brief's numbers are out of range: they are checked where a brief enters a process.
 #[must_use]
-pub fn world(brief: &Brief, lattice: &HopLattice, ground: impl Fn(usize) -> Ground) -> GridWorld {
-    let leaving = match (brief.profile, brief.reading.leaving) {
+pub fn world(leg: &Leg, lattice: &HopLattice, ground: impl Fn(usize) -> Ground) -> GridWorld {
+    let leaving = match (leg.profile, leg.reading.leaving) {
         (Profile::Paper2023, None) => Leaving::Stays,
         (Profile::Paper2023, Some(_)) | (Profile::Hopper, _) => Leaving::Loses,
     };
-    let rules = Rules { discount: brief.payoff.discount, loss: 0.0, leaving, soils: soils(brief).to_vec() };
+    let rules = Rules { discount: leg.payoff.discount, loss: 0.0, leaving, soils: soils(leg).to_vec() };
     let refused = "a brief is checked where it enters a process";
     let mut world = GridWorld::new(lattice.width, lattice.height, rules).expect(refused);
-    let payoff = LandingPayoff::new(brief);
+    let payoff = LandingPayoff::new(leg);
     for node in 0..lattice.nodes() {
-        world.set(node, site(brief, &payoff, lattice.cell(node), &ground(node)));
+        world.set(node, site(leg, &payoff, lattice.cell(node), &ground(node)));
     }
-    world.set_loss(loss(brief, worst_payoff(&world))).expect(refused);
+    world.set_loss(loss(leg, worst_payoff(&world))).expect(refused);
     world
 }
 
 /// The node of a cell.
 #[must_use]
-pub fn site(brief: &Brief, payoff: &LandingPayoff<'_>, cell: Cell, ground: &Ground) -> Site {
+pub fn site(leg: &Leg, payoff: &LandingPayoff<'_>, cell: Cell, ground: &Ground) -> Site {
     Site {
         kind: match ground.passable {
-            _ if cell == brief.goal => Kind::Goal,
+            _ if cell == leg.goal => Kind::Goal,
             true => Kind::Free,
             false => Kind::Lost,
         },
         payoff: payoff.of(cell, ground),
-        slope_east: slope_in_limits(ground.gradient[0], brief.motion.slope_limit_rad),
-        slope_north: slope_in_limits(ground.gradient[1], brief.motion.slope_limit_rad),
+        slope_east: slope_in_limits(ground.gradient[0], leg.motion.slope_limit_rad),
+        slope_north: slope_in_limits(ground.gradient[1], leg.motion.slope_limit_rad),
         soil: u8::from(ground.soil == Soil::Sand),
     }
 }
@@ -105,17 +105,17 @@ pub fn worst_payoff(world: &GridWorld) -> f64 {
 
 /// The afterstate value of being lost: that of the brief's reading, or [`LOSS`] below the worst payoff for ever.
 #[must_use]
-pub fn loss(brief: &Brief, worst_payoff: f64) -> f64 {
-    if let Some(leaving) = brief.reading.leaving {
+pub fn loss(leg: &Leg, worst_payoff: f64) -> f64 {
+    if let Some(leaving) = leg.reading.leaving {
         return leaving;
     }
-    LOSS + worst_payoff / (1.0 - brief.payoff.discount)
+    LOSS + worst_payoff / (1.0 - leg.payoff.discount)
 }
 
 /// Hard ground and sand, as the solver knows soils: a hop from sand takes two periods.
-fn soils(brief: &Brief) -> [solver::Soil; 2] {
+fn soils(leg: &Leg) -> [solver::Soil; 2] {
     [Soil::Hard, Soil::Sand].map(|soil| {
-        let motion = soil_motion(&brief.motion, soil);
+        let motion = soil_motion(&leg.motion, soil);
         // Both sides share the remainder to 1, which rounding may leave just below 0 where there are no slips.
         let sideways = (0.5 * (1.0 - motion.intended - motion.stuck)).max(0.0);
         let wait = f64::from(u8::from(soil == Soil::Sand));

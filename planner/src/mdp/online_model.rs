@@ -1,12 +1,12 @@
-//! The model of one brief, kept in step with the observed map, and its online solver.
+//! The model of one leg, kept in step with the observed map, and its online solver.
 //!
 //! The world is that of [`super::model`]; [`solver::online`] proves each hop by the cheapest method. What it remembers
-//! saves time and changes no answer: its hop is a function of brief, map and pose alone ([`solver::online::choice`]).
+//! saves time and changes no answer: its hop is a function of leg, map and pose alone ([`solver::online::choice`]).
 //!
 //! A node is updated when the belief about its cell changes: when it is first seen, or, in profile `hopper`, all unseen
 //! cells when the majority among the seen soils changes. If much of the map changes at once, the solver starts again.
 
-use contract::{Brief, Cell, Ground, ObservedMap, PolicyCell};
+use contract::{Cell, Ground, Leg, ObservedMap, PolicyCell};
 use solver::online::{HopDecision, OnlineSolver};
 
 use super::hop_lattice::HopLattice;
@@ -15,10 +15,10 @@ use crate::belief::Belief;
 use crate::payoff::LandingPayoff;
 use crate::plan::Pulse;
 
-/// A model that follows the map of one brief.
+/// A model that follows the map on one leg.
 #[derive(Clone, Debug)]
 pub struct OnlineModel {
-    brief: Brief,
+    leg: Leg,
     lattice: HopLattice,
     /// The belief about each node's cell.
     believed: Vec<Ground>,
@@ -32,19 +32,19 @@ pub struct OnlineModel {
 }
 
 impl OnlineModel {
-    /// The model of `brief` on `map`.
+    /// The model of `leg` on `map`.
     ///
     /// # Panics
     /// If the brief's numbers are out of range: they are checked where a brief enters a process.
     #[must_use]
-    pub fn new(brief: &Brief, map: &ObservedMap) -> Self {
-        let lattice = HopLattice::new(brief);
-        let belief = Belief::new(brief, map);
+    pub fn new(leg: &Leg, map: &ObservedMap) -> Self {
+        let lattice = HopLattice::new(leg);
+        let belief = Belief::new(leg, map);
         let believed: Vec<Ground> =
             (0..lattice.nodes()).map(|node| *belief.ground(lattice.cell(node))).collect();
-        let world = model::world(brief, &lattice, |node| believed[node]);
+        let world = model::world(leg, &lattice, |node| believed[node]);
         Self {
-            brief: *brief,
+            leg: *leg,
             lattice,
             believed,
             unseen: belief.unseen,
@@ -54,31 +54,31 @@ impl OnlineModel {
         }
     }
 
-    /// Whether it models `brief`.
+    /// Whether it models `leg`.
     #[must_use]
-    pub fn is_of(&self, brief: &Brief) -> bool {
-        self.brief == *brief
+    pub fn is_of(&self, leg: &Leg) -> bool {
+        self.leg == *leg
     }
 
     /// Updates the nodes whose belief has changed.
     pub fn follow(&mut self, map: &ObservedMap) {
-        let belief = Belief::new(&self.brief, map);
+        let belief = Belief::new(&self.leg, map);
         let changed = self.changed(map, &belief);
         (self.unseen, self.observation) = (belief.unseen, map.observation());
         for &node in &changed {
             self.believed[node] = *belief.ground(self.lattice.cell(node));
         }
         if 4 * changed.len() > self.believed.len() {
-            let world = model::world(&self.brief, &self.lattice, |node| self.believed[node]);
+            let world = model::world(&self.leg, &self.lattice, |node| self.believed[node]);
             self.worst_payoff = model::worst_payoff(&world);
             self.online.replace(world);
             return;
         }
-        let payoff = LandingPayoff::new(&self.brief);
+        let payoff = LandingPayoff::new(&self.leg);
         let mut worst_left = false;
         for node in changed {
             worst_left |= model::counted(self.online.world(), node) <= self.worst_payoff;
-            let site = model::site(&self.brief, &payoff, self.lattice.cell(node), &self.believed[node]);
+            let site = model::site(&self.leg, &payoff, self.lattice.cell(node), &self.believed[node]);
             self.online.update(node, site);
             self.worst_payoff = self.worst_payoff.min(model::counted(self.online.world(), node));
         }
@@ -86,7 +86,7 @@ impl OnlineModel {
             self.worst_payoff = model::worst_payoff(self.online.world());
         }
         // A new loss costs a pass over all values, but only where the hopper can be lost at all.
-        let loss = model::loss(&self.brief, self.worst_payoff);
+        let loss = model::loss(&self.leg, self.worst_payoff);
         self.online.set_loss(loss).expect("a loss of finite payoffs is finite");
     }
 

@@ -1,18 +1,17 @@
 //! What a pilot knows of the mission, and what a planner is given of it.
 
 use contract::{
-    Brief, Decision, Leader, MapPage, MapPatch, MapRequest, Member, MonotonicNs, PriorPage, Refusal, RobotId,
-    RobotSet, RouteId, RoutePage, RunId, State, Status, Team,
+    Account, Brief, Decision, Leader, Leg, MapPage, MapPatch, MapRequest, Member, MonotonicNs, Pose,
+    PriorPage, Refusal, RobotId, RobotSet, RouteId, RoutePage, RunId, State, Status, Team,
 };
 use follow::{Heard, Mission, PriorFollower, Replica, RouteFollower};
 
 use super::effect::Effect;
 use super::given::Given;
-use super::own_way::OwnWay;
 use crate::Situation;
 use crate::closed::ClosedMap;
 use crate::others::taken;
-use crate::plan::Scouting;
+use crate::plan::{Scouting, leg_at};
 
 /// Whose turn it is, and who leads that robot.
 #[derive(Clone, Copy, Debug)]
@@ -27,10 +26,10 @@ pub(super) struct Knowledge {
     /// The robots that are planned for.
     robots: RobotSet,
     mission: Mission,
-    /// The brief of the leg of the present state.
-    leg: Option<Brief>,
-    /// What the hopper that is due plans for, if it has a goal of its own.
-    own: Option<OwnWay>,
+    /// The leg of the robot that is due, if it hops.
+    leg: Option<Leg>,
+    /// The state as a hopper has it among other robots: where it stands itself, whoever acted.
+    own_state: Option<State>,
     /// The map that it is given, if robots stand on it for good.
     closed: Option<ClosedMap>,
     /// What planners are given of state and robots: no more than a command names.
@@ -48,7 +47,7 @@ impl Knowledge {
             robots,
             mission: Mission::default(),
             leg: None,
-            own: None,
+            own_state: None,
             closed: None,
             given: Given::default(),
             map: Replica::new(RobotId(0)),
@@ -61,7 +60,7 @@ impl Knowledge {
     pub fn brief(&mut self, brief: Brief) -> bool {
         let before = self.mission.hear_brief(brief);
         self.prior.begin(&brief);
-        if brief.scout.is_some() {
+        if brief.sampling.is_some() {
             self.routes.begin(brief.run);
         }
         self.map.begin(&brief);
@@ -72,9 +71,9 @@ impl Knowledge {
 
     /// Takes the state; whether it is news.
     pub fn state(&mut self, state: &State) -> bool {
-        let is_patrol = self.mission.brief().is_some_and(|brief| brief.patrol.is_some());
+        let visits_in_turn = self.mission.brief().is_some_and(|brief| brief.visits().is_some());
         let is_same_leg =
-            |known: &State| known.run == state.run && (known.visits == state.visits || !is_patrol);
+            |known: &State| known.run == state.run && (known.visits == state.visits || !visits_in_turn);
         let leg_may_change = !self.mission.state().is_some_and(is_same_leg);
         match self.mission.hear_state(state) {
             Heard::Nothing => return false,
@@ -93,6 +92,7 @@ impl Knowledge {
     pub fn team(&mut self, team: Team) {
         self.given.team = Some(team.of_its_past());
         self.mission.hear_team(team);
+        self.begin_leg();
         self.give_routes();
     }
 
@@ -129,10 +129,10 @@ impl Knowledge {
         self.map.ask(now)
     }
 
-    /// Brings up to date what follows from several messages: the way and the map of a hopper among other robots.
+    /// Brings up to date what follows from several messages: the state and the map of a hopper among other robots.
     pub fn refresh(&mut self) {
-        if self.mission.brief().is_some_and(|brief| brief.mixed.is_some()) {
-            self.own = self.own_way();
+        if self.mission.brief().is_some_and(|brief| brief.account != Account::Hopper) {
+            self.own_state = self.own_state();
             self.close();
         }
     }
@@ -151,36 +151,33 @@ impl Knowledge {
 
     /// What there is to plan for; `None` unless brief, state and map agree and a decision is due.
     pub fn situation(&self) -> Option<Situation<'_>> {
-        match (&self.leg, &self.given.state, self.map.map()) {
-            (Some(brief), Some(state), Some(map))
-                if brief.run == state.run && map.is_of(state) && !state.status.is_over() =>
-            {
-                let team = self.given.team.as_ref().filter(|team| team.is_of(state));
-                let is_mine = match team {
-                    Some(team) => self.robots.has(team.due),
-                    None => !brief.has_team(),
-                };
-                let goes_to_points =
-                    |team: &Team| team.member(team.due).is_some_and(|due| due.travel.is_some());
-                let needs_scouting = self.needs_scouting() && team.is_none_or(goes_to_points);
-                let scouting = if needs_scouting { Some(self.scouting()?) } else { None };
-                let hops = |team: &Team| team.member(team.due).is_some_and(|due| due.robot.vehicle.hops());
-                let (brief, state, map) = match (&self.own, brief.mixed.is_some() && team.is_some_and(hops)) {
-                    (Some(own), true) => {
-                        (&own.brief, &own.state, self.closed.as_ref().map_or(map, ClosedMap::map))
-                    }
-                    (None, true) => return None,
-                    (_, false) => (brief, state, map),
-                };
-                is_mine.then_some(Situation { brief, map, state, team, scouting })
-            }
-            _ => None,
+        let (brief, state, map) = (self.mission.brief()?, self.given.state.as_ref()?, self.map.map()?);
+        if brief.run != state.run || !map.is_of(state) || state.status.is_over() {
+            return None;
         }
-    }
-
-    /// Whether what is planned is the own way of a hopper among other robots.
-    pub fn is_own_way(&self) -> bool {
-        self.own.is_some()
+        let team = self.given.team.as_ref().filter(|team| team.is_of(state));
+        let is_mine = match team {
+            Some(team) => self.robots.has(team.due),
+            None => !brief.has_team(),
+        };
+        if !is_mine {
+            return None;
+        }
+        let goes_to_points = |team: &Team| team.member(team.due).is_some_and(|due| due.travel.is_some());
+        let needs_scouting = self.needs_scouting() && team.is_none_or(goes_to_points);
+        let scouting = if needs_scouting { Some(self.scouting()?) } else { None };
+        let due = brief.robots.at(team.map_or(RobotId(0), |team| team.due))?;
+        if !due.body.hops() {
+            return Some(Situation { brief, leg: None, map, state, team, scouting });
+        }
+        let leg = Some(self.leg.as_ref()?);
+        Some(match brief.account {
+            Account::Hopper => Situation { brief, leg, map, state, team, scouting },
+            Account::Actions | Account::ActionsWithoutWaits => {
+                let map = self.closed.as_ref().map_or(map, ClosedMap::map);
+                Situation { brief, leg, map, state: self.own_state.as_ref()?, team, scouting }
+            }
+        })
     }
 
     /// The newest state.
@@ -250,30 +247,40 @@ impl Knowledge {
 
     fn begin_leg(&mut self) {
         let known = self.mission.brief().zip(self.mission.state());
-        self.leg = known.map(|(brief, state)| brief.leg(state.visits));
+        self.leg = known.and_then(|(brief, state)| {
+            let due = if brief.has_team() { self.mission.team()?.due } else { RobotId(0) };
+            leg_at(brief, state, due)
+        });
     }
 
     fn give_routes(&mut self) {
-        if self.mission.brief().is_some_and(|brief| brief.scout.is_some()) {
+        if self.mission.brief().is_some_and(|brief| brief.sampling.is_some()) {
             self.given.give_routes(self.routes.known());
         }
     }
 
-    /// What the hopper that is due plans for; `None` unless it has a goal of its own, and all that is known agrees.
-    fn own_way(&self) -> Option<OwnWay> {
-        let (state, team) = (self.given.state.as_ref()?, self.given.team.as_ref()?);
-        OwnWay::of(self.mission.brief()?, state, team, self.map.map()?)
+    /// The state as the hopper that is due has it; `None` unless one is due, and state, robots and map agree.
+    fn own_state(&self) -> Option<State> {
+        let (state, team, map) = (self.given.state.as_ref()?, self.given.team.as_ref()?, self.map.map()?);
+        if self.leg.is_none() || !team.is_of(state) || !map.is_of(state) {
+            return None;
+        }
+        let cell = team.member(team.due)?.at.cell;
+        let pose = Pose { cell, height_m: map.ground(cell)?.height_m };
+        Some(State { pose, ..*state })
     }
 
     /// Makes the cells impassable where other robots stand, for the hopper that is due if it is one of those commanded here.
     fn close(&mut self) {
-        let (Some(_), Some(team), Some(map)) = (&self.own, self.mission.team(), self.map.map()) else {
+        let (Some(_), Some(brief), Some(team), Some(map)) =
+            (&self.own_state, self.mission.brief(), self.mission.team(), self.map.map())
+        else {
             return;
         };
         if !self.robots.has(team.due) {
             return;
         }
-        let mut closed: Vec<usize> = taken(team, &map.grid).filter_map(|cell| map.grid.index(cell)).collect();
+        let mut closed: Vec<usize> = taken(brief, team).filter_map(|cell| map.grid.index(cell)).collect();
         closed.sort_unstable();
         closed.dedup();
         let known = self.closed.take();
@@ -285,12 +292,11 @@ impl Knowledge {
     }
 
     /// Whether a robot that is planned for goes from point to point over uncertain ground: then it needs to know the prior and
-    /// the announced routes. Before the robots are known, as if one did.
+    /// the announced routes.
     fn needs_scouting(&self) -> bool {
-        let Some(brief) = self.mission.brief().filter(|brief| brief.scout.is_some()) else { return false };
-        let team = self.mission.team().filter(|team| team.run == brief.run && brief.mixed.is_some());
-        let travels = |member: &Member| member.robot.vehicle.start().is_some();
-        team.is_none_or(|team| self.robots.iter().filter_map(|robot| team.member(robot)).any(travels))
+        let Some(brief) = self.mission.brief().filter(|brief| brief.sampling.is_some()) else { return false };
+        let mut own = self.robots.iter().filter_map(|robot| brief.robots.at(robot));
+        own.any(|robot| robot.body.along_route().is_some())
     }
 
     /// A route that a robot follows and whose points are not known.

@@ -25,12 +25,12 @@ impl Planner for AStar {
     }
 
     fn plan(&mut self, situation: &Situation<'_>, budget: &Budget) -> Plan {
-        let (here, brief) = (situation.state.pose.cell, situation.brief);
-        if here == brief.goal {
+        let (here, leg) = (situation.state.pose.cell, situation.leg());
+        if here == leg.goal {
             return Plan::at_once(Action::Hold, PlanStatus::Solved);
         }
         let costs = Costs::new(situation);
-        let (search, expansions) = search(&costs, &brief.grid, here, brief.goal, budget);
+        let (search, expansions) = search(&costs, &leg.grid, here, leg.goal, budget);
         search.plan(expansions)
     }
 }

@@ -40,13 +40,14 @@ impl Costs {
     /// The graph over the ground as believed in `situation`.
     #[must_use]
     pub fn new(situation: &Situation<'_>) -> Self {
-        let Situation { brief, map, state, .. } = *situation;
-        let (grid, belief) = (brief.grid, Belief::new(brief, map));
-        let unseen = costs(&brief.motion, &belief.unseen);
-        let enters = |cell: Cell| cell == brief.goal || (grid.contains(cell) && belief.ground(cell).passable);
+        let Situation { map, state, .. } = *situation;
+        let leg = situation.leg();
+        let (grid, belief) = (leg.grid, Belief::new(leg, map));
+        let unseen = costs(&leg.motion, &belief.unseen);
+        let enters = |cell: Cell| cell == leg.goal || (grid.contains(cell) && belief.ground(cell).passable);
         let hops = grid.iter().map(|cell| {
             let believed =
-                if belief.is_seen(cell) { costs(&brief.motion, belief.ground(cell)) } else { unseen };
+                if belief.is_seen(cell) { costs(&leg.motion, belief.ground(cell)) } else { unseen };
             Direction::ALL.map(|direction| {
                 let vetoed = cell == state.pose.cell && state.vetoed.has(Action::Hop(direction));
                 let open = enters(grid.hop(cell, direction)) && !vetoed;
@@ -54,7 +55,7 @@ impl Costs {
             })
         });
         // No slope makes a hop more likely to succeed than the flat does.
-        let flat = |soil| costs(&brief.motion, &Ground { soil, ..Ground::FLAT })[0];
+        let flat = |soil| costs(&leg.motion, &Ground { soil, ..Ground::FLAT })[0];
         Self {
             hops: hops.collect(),
             cheapest: flat(Soil::Hard).min(flat(Soil::Sand)),

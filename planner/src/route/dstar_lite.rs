@@ -38,28 +38,27 @@ impl Planner for DStarLite {
     }
 
     fn plan(&mut self, situation: &Situation<'_>, budget: &Budget) -> Plan {
-        let (here, brief) = (situation.state.pose.cell, situation.brief);
-        if here == brief.goal {
+        let (here, leg) = (situation.state.pose.cell, situation.leg());
+        if here == leg.goal {
             return Plan::at_once(Action::Hold, PlanStatus::Solved);
         }
-        let connected = brief.grid.on_same_lattice(here, brief.goal);
-        if !connected || !brief.grid.contains(here) || !brief.grid.contains(brief.goal) {
+        let connected = leg.grid.on_same_lattice(here, leg.goal);
+        if !connected || !leg.grid.contains(here) || !leg.grid.contains(leg.goal) {
             return Plan::at_once(Action::Hold, PlanStatus::Infeasible);
         }
         let costs = Costs::new(situation);
         if budget.work_max.is_some() {
             self.kept = None;
-            let (search, expansions) =
-                IncrementalSearch::new(costs, brief.grid, here, brief.goal).search(budget);
+            let (search, expansions) = IncrementalSearch::new(costs, leg.grid, here, leg.goal).search(budget);
             return search.plan(expansions);
         }
-        let kept = self.kept.take().filter(|kept| kept.continues(&costs, &brief.grid, brief.goal));
+        let kept = self.kept.take().filter(|kept| kept.continues(&costs, &leg.grid, leg.goal));
         let search = match kept {
             Some(mut kept) => {
                 kept.repair(here, costs);
                 kept
             }
-            None => IncrementalSearch::new(costs, brief.grid, here, brief.goal),
+            None => IncrementalSearch::new(costs, leg.grid, here, leg.goal),
         };
         let (found, expansions) = self.kept.insert(search).search(budget);
         found.plan(expansions)

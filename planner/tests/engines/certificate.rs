@@ -7,7 +7,7 @@ use planner::belief::Belief;
 use planner::mdp::Mdp;
 use planner::mdp::model::Model;
 use planner::payoff::LandingPayoff;
-use planner::{Budget, Plan, PlanStatus, Planner, Situation};
+use planner::{Budget, Plan, PlanStatus, Planner};
 
 use crate::world::{Soils, World};
 
@@ -19,22 +19,22 @@ fn backup(
     cell: Cell,
     direction: Direction,
 ) -> (f64, Vec<(usize, f64)>) {
-    let brief = &world.brief;
-    let (payoff, belief) = (LandingPayoff::new(brief), Belief::new(brief, map));
-    let gamma = brief.payoff.discount;
+    let leg = &world.leg;
+    let (payoff, belief) = (LandingPayoff::new(leg), Belief::new(leg, map));
+    let gamma = leg.payoff.discount;
     let sand = belief.ground(cell).soil == Soil::Sand;
     let factor = if sand { gamma * gamma } else { gamma };
     let mut constant = if sand { gamma * payoff.of(cell, belief.ground(cell)) } else { 0.0 };
     let mut coefficients = Vec::new();
-    let scatter = transition(&brief.motion, belief.ground(cell), direction);
+    let scatter = transition(&leg.motion, belief.ground(cell), direction);
     for branch in [Branch::Intended, Branch::Stayed, Branch::Left, Branch::Right] {
         let p = factor * scatter.probability(branch);
-        let mut to = landing(&brief.grid, cell, direction, branch);
-        if !brief.grid.contains(to) && brief.profile == Profile::Paper2023 {
+        let mut to = landing(&leg.grid, cell, direction, branch);
+        if !leg.grid.contains(to) && leg.profile == Profile::Paper2023 {
             to = cell;
         }
-        match brief.grid.index(to) {
-            Some(_) if to == brief.goal => constant += p * brief.payoff.goal,
+        match leg.grid.index(to) {
+            Some(_) if to == leg.goal => constant += p * leg.payoff.goal,
             Some(index) if belief.ground(to).passable => {
                 constant += p * payoff.of(to, belief.ground(to));
                 coefficients.push((index, p));
@@ -47,19 +47,19 @@ fn backup(
 
 /// Solves V = c + P V for the policy with LU, and holds the planner's values to it.
 fn check(world: &World, map: &ObservedMap) -> Option<Plan> {
-    let state = world.state(world.brief.start, Decision(0), 0);
-    let situation = Situation { brief: &world.brief, map, state: &state, team: None, scouting: None };
+    let state = world.state(world.leg.start, Decision(0), 0);
+    let situation = world.situation(map, &state);
     let mut planner = Mdp::default();
     let plan = planner.plan(&situation, &Budget::default());
     let Some(policy) = planner.policy() else {
-        assert!(plan.status == PlanStatus::Infeasible || world.brief.start == world.brief.goal);
+        assert!(plan.status == PlanStatus::Infeasible || world.leg.start == world.leg.goal);
         assert_eq!(plan.action, Action::Hold);
         return None;
     };
     assert_eq!(plan.status, PlanStatus::Solved);
     assert!(plan.error_bound <= 1e-6, "within {}", plan.error_bound);
-    let grid = world.brief.grid;
-    assert_eq!(plan.action, policy[grid.index(world.brief.start).unwrap()].action);
+    let grid = world.leg.grid;
+    assert_eq!(plan.action, policy[grid.index(world.leg.start).unwrap()].action);
 
     let loss = Model::new(&situation).world.rules().loss;
     let mut matrix = DMatrix::identity(grid.cells(), grid.cells());
@@ -133,12 +133,12 @@ fn ground_without_slips_is_planned_on_in_a_session_and_from_nothing() {
         for soils in [Soils::Hard, Soils::Sandy] {
             for profile in Profile::ALL {
                 let mut world = World::paper(soils, [0.5, 0.5], profile);
-                for motion in [&mut world.brief.motion.hard, &mut world.brief.motion.sand] {
+                for motion in [&mut world.leg.motion.hard, &mut world.leg.motion.sand] {
                     (motion.intended, motion.stuck, motion.sideways) = (intended, stuck, 0.0);
                 }
                 let plan_within = |work_max| {
                     let budget = Budget::of(work_max);
-                    world.plan_within(&mut Mdp::default(), &world.unseen(), world.brief.start, &budget)
+                    world.plan_within(&mut Mdp::default(), &world.unseen(), world.leg.start, &budget)
                 };
                 let [online, cold] = [None, Some(u64::MAX)].map(plan_within);
                 assert_eq!((online.status, online.action), (PlanStatus::Solved, cold.action), "{intended}");
@@ -156,7 +156,7 @@ fn a_session_and_a_solve_from_nothing_choose_the_same_hop_however_far_out_the_di
         let mut veteran = Mdp::default();
         for share in [0.3, 0.7, 1.0] {
             let map = partly_seen(&world, seed, share);
-            for cell in world.brief.grid.iter().filter(|cell| *cell != world.brief.goal) {
+            for cell in world.leg.grid.iter().filter(|cell| *cell != world.leg.goal) {
                 let [warm, cold] = [None, Some(u64::MAX)].map(|work_max| {
                     let mut novice = Mdp::default();
                     let mdp = if work_max.is_none() { &mut veteran } else { &mut novice };
@@ -173,20 +173,20 @@ fn a_session_and_a_solve_from_nothing_choose_the_same_hop_however_far_out_the_di
 #[test]
 fn what_absorbs_pays_once_and_loosens_no_tolerance_for_ever() {
     let mut world = World::paper(Soils::Hard, [0.5, 0.5], Profile::Hopper);
-    world.brief.payoff.goal = 1.0e6;
+    world.leg.payoff.goal = 1.0e6;
     let cold = Budget::of(Some(u64::MAX));
-    let plan = world.plan_within(&mut Mdp::default(), &world.seen(), world.brief.start, &cold);
+    let plan = world.plan_within(&mut Mdp::default(), &world.seen(), world.leg.start, &cold);
     // The limit of floating point for the largest worth there is, not for a goal's payoff at every step.
-    let limit = 64.0 * f64::EPSILON * 1.0e6 / (1.0 - world.brief.payoff.discount);
+    let limit = 64.0 * f64::EPSILON * 1.0e6 / (1.0 - world.leg.payoff.discount);
     assert!(plan.status == PlanStatus::Solved && plan.error_bound <= limit, "{plan:?}, limit {limit:e}");
 }
 
 #[test]
 fn rewards_beyond_the_precision_of_the_tolerance_are_still_solved() {
     let mut world = World::paper(Soils::Sandy, [9.0e5, 9.0e5], Profile::Hopper);
-    world.brief.payoff.goal = -1.0e6;
+    world.leg.payoff.goal = -1.0e6;
     let mut planner = Mdp::default();
-    let plan = world.plan(&mut planner, &world.seen(), world.brief.start);
+    let plan = world.plan(&mut planner, &world.seen(), world.leg.start);
     assert_eq!(plan.status, PlanStatus::Solved, "{plan:?}");
 }
 
@@ -195,7 +195,7 @@ fn a_budget_cuts_between_sweeps_and_says_how_far_it_came() {
     let world = World::paper(Soils::Sandy, [0.5, 0.5], Profile::Hopper);
     let mut planner = Mdp::default();
     let mut plan_within =
-        |work_max| world.plan_within(&mut planner, &world.seen(), world.brief.start, &Budget::of(work_max));
+        |work_max| world.plan_within(&mut planner, &world.seen(), world.leg.start, &Budget::of(work_max));
     // Without a budget the plan is the online model's, which counts other work.
     let whole = plan_within(Some(u64::MAX));
     assert_eq!(whole.status, PlanStatus::Solved);
@@ -216,18 +216,18 @@ fn a_goal_walled_off_as_far_as_is_known_is_infeasible() {
     let goal = Cell::new(7, 7);
     let mut world = World::flat(9, Cell::new(1, 1), goal, Profile::Hopper);
     for x in 0..9 {
-        let index = world.brief.grid.index(Cell::new(x, 4)).unwrap();
+        let index = world.leg.grid.index(Cell::new(x, 4)).unwrap();
         world.cells[index].passable = false;
     }
     let mut planner = Mdp::default();
     let mut plan = |map: &ObservedMap, cell| world.plan(&mut planner, map, cell);
-    assert_eq!(plan(&world.unseen(), world.brief.start).status, PlanStatus::Solved);
-    let walled_off = plan(&world.seen(), world.brief.start);
+    assert_eq!(plan(&world.unseen(), world.leg.start).status, PlanStatus::Solved);
+    let walled_off = plan(&world.seen(), world.leg.start);
     assert_eq!((walled_off.action, walled_off.status), (Action::Hold, PlanStatus::Infeasible));
     assert_eq!(plan(&world.seen(), Cell::new(2, 6)).status, PlanStatus::Solved);
     // One cell of the wall unseen: there may be a way.
     let map = world.seen_where(|index| index != 4 * 9 + 8);
-    assert_eq!(plan(&map, world.brief.start).status, PlanStatus::Solved);
+    assert_eq!(plan(&map, world.leg.start).status, PlanStatus::Solved);
     // Off the map, or at the goal, there is nothing to plan.
     assert_eq!(plan(&map, Cell::new(-1, 3)), Plan::at_once(Action::Hold, PlanStatus::Infeasible));
     assert_eq!(plan(&map, goal), Plan::at_once(Action::Hold, PlanStatus::Solved));
@@ -236,7 +236,7 @@ fn a_goal_walled_off_as_far_as_is_known_is_infeasible() {
 #[test]
 fn a_start_off_the_goals_lattice_is_infeasible() {
     let mut world = World::flat(9, Cell::new(1, 1), Cell::new(7, 7), Profile::Hopper);
-    world.brief.grid.hop_cells = 2;
+    world.leg.grid.hop_cells = 2;
     let mut planner = Mdp::default();
     assert_eq!(world.plan(&mut planner, &world.seen(), Cell::new(1, 1)).status, PlanStatus::Solved);
     assert_eq!(world.plan(&mut planner, &world.seen(), Cell::new(2, 1)).status, PlanStatus::Infeasible);

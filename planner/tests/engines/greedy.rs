@@ -10,7 +10,7 @@ fn rocks(profile: Profile, directions: &[Direction]) -> (World, Cell) {
     let middle = Cell::new(2, 2);
     let mut world = World::flat(5, Cell::new(2, 0), Cell::new(2, 4), profile);
     for direction in directions {
-        let index = world.brief.grid.index(world.brief.grid.hop(middle, *direction)).unwrap();
+        let index = world.leg.grid.index(world.leg.grid.hop(middle, *direction)).unwrap();
         world.cells[index] = Ground { passable: false, ..Ground::FLAT };
     }
     (world, middle)
@@ -21,12 +21,12 @@ fn greedy_takes_the_neighbour_with_the_largest_payoff() {
     // Sand attracts under the paper's T: S is 1 there, 0 on flat hard ground, and w1 outweighs D.
     let mut world = World::paper(Soils::Hard, [100.0, 0.0], Profile::Paper2023);
     let here = Cell::new(10, 10);
-    let west = world.brief.grid.index(Cell::new(9, 10)).unwrap();
+    let west = world.leg.grid.index(Cell::new(9, 10)).unwrap();
     world.cells[west].soil = Soil::Sand;
-    world.brief.priors.safety.max += 5.0;
+    world.leg.priors.safety.max += 5.0;
     let plan = |world: &World| world.plan(&mut *algorithm("greedy").unwrap(), &world.seen(), here).action;
     assert_eq!(plan(&world), Action::Hop(Direction::West));
-    world.brief.profile = Profile::Hopper;
+    world.leg.profile = Profile::Hopper;
     assert_ne!(plan(&world), Action::Hop(Direction::West), "in profile hopper sand attracts nobody");
 }
 
@@ -54,13 +54,13 @@ fn greedy_in_profile_hopper_never_hops_towards_known_rocks() {
 #[test]
 fn greedy_never_hops_off_the_map() {
     let world = World::flat(5, Cell::new(0, 0), Cell::new(4, 4), Profile::Paper2023);
-    for cell in world.brief.grid.iter() {
+    for cell in world.leg.grid.iter() {
         let plan = world.plan(&mut *algorithm("greedy").unwrap(), &world.unseen(), cell);
         match plan.action {
             Action::Hop(direction) => {
-                assert!(world.brief.grid.contains(world.brief.grid.hop(cell, direction)))
+                assert!(world.leg.grid.contains(world.leg.grid.hop(cell, direction)))
             }
-            Action::Hold => assert_eq!(cell, world.brief.goal),
+            Action::Hold => assert_eq!(cell, world.leg.goal),
             _ => panic!("a hopper does not drive or fly"),
         }
     }

@@ -40,7 +40,7 @@ fn worlds() -> Vec<World> {
         }
     }
     for world in &mut worlds {
-        world.brief.limits.steps_max = 60;
+        world.leg.limits.steps_max = 60;
     }
     worlds.push(World::paper(Soils::Sandy, [0.5, 0.5], Profile::Hopper));
     worlds
@@ -79,7 +79,7 @@ fn on_flat_ground_the_policy_has_the_symmetry_of_the_map() {
     // becomes east: no tie is left to rounding.
     let world = World::flat(15, Cell::new(0, 0), Cell::new(14, 14), Profile::Paper2023);
     let mut planner = algorithm("mdp").unwrap();
-    world.plan(&mut *planner, &world.unseen(), world.brief.start);
+    world.plan(&mut *planner, &world.unseen(), world.leg.start);
     let policy = planner.policy().unwrap();
     for x in 0..14 {
         for y in 0..14 {

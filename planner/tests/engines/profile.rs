@@ -11,27 +11,27 @@ fn on_a_large_map_no_value_is_so_low_that_losing_the_hopper_looks_better() {
     let side = 60;
     let world = World::flat(side, Cell::new(1, 2), Cell::new(58, 58), Profile::Hopper);
     let mut planner = algorithm("mdp").unwrap();
-    let plan = world.plan(&mut *planner, &world.unseen(), world.brief.start);
+    let plan = world.plan(&mut *planner, &world.unseen(), world.leg.start);
     assert_eq!(plan.status, PlanStatus::Solved);
     let policy = planner.policy().unwrap();
-    for start in world.brief.grid.iter() {
+    for start in world.leg.grid.iter() {
         let mut cell = start;
         for _ in 0..4 * side {
-            if let Action::Hop(direction) = policy[world.brief.grid.index(cell).unwrap()].action {
-                cell = world.brief.grid.hop(cell, direction);
-                assert!(world.brief.grid.contains(cell), "from {start} the policy leaves the map");
+            if let Action::Hop(direction) = policy[world.leg.grid.index(cell).unwrap()].action {
+                cell = world.leg.grid.hop(cell, direction);
+                assert!(world.leg.grid.contains(cell), "from {start} the policy leaves the map");
             }
         }
-        assert_eq!(cell, world.brief.goal, "from {start} the policy does not arrive");
+        assert_eq!(cell, world.leg.goal, "from {start} the policy does not arrive");
     }
 }
 
 /// Cells from which the policy's intended moves never arrive, on the seen sandy ground of the paper.
 fn strays(profile: Profile, weights: [f64; 2]) -> usize {
     let world = World::paper(Soils::Sandy, weights, profile);
-    let grid = &world.brief.grid;
+    let grid = &world.leg.grid;
     let mut planner = algorithm("mdp").unwrap();
-    world.plan(&mut *planner, &world.seen(), world.brief.start);
+    world.plan(&mut *planner, &world.seen(), world.leg.start);
     let policy = planner.policy().unwrap();
     let strays = |start: &Cell| {
         let mut cell = *start;
@@ -41,7 +41,7 @@ fn strays(profile: Profile, weights: [f64; 2]) -> usize {
                 cell = Some(grid.hop(cell, direction)).filter(|to| grid.contains(*to)).unwrap_or(cell);
             }
         }
-        cell != world.brief.goal
+        cell != world.leg.goal
     };
     grid.iter().filter(strays).count()
 }
@@ -75,14 +75,14 @@ fn the_policy_never_means_to_land_on_known_impassable_ground() {
         for profile in Profile::ALL {
             let world = World::random(seed, profile);
             let mut planner = algorithm("mdp").unwrap();
-            let plan = world.plan(&mut *planner, &world.seen(), world.brief.start);
+            let plan = world.plan(&mut *planner, &world.seen(), world.leg.start);
             let Some(policy) = planner.policy() else { continue };
-            let grid = &world.brief.grid;
+            let grid = &world.leg.grid;
             let Action::Hop(direction) = plan.action else { panic!("a way exists: {plan:?}") };
-            assert_eq!(plan.action, policy[grid.index(world.brief.start).unwrap()].action);
-            let towards = grid.hop(world.brief.start, direction);
+            assert_eq!(plan.action, policy[grid.index(world.leg.start).unwrap()].action);
+            let towards = grid.hop(world.leg.start, direction);
             if let Some(ground) = world.ground(towards) {
-                assert!(ground.passable, "world {seed}: {} -> {towards}", world.brief.start);
+                assert!(ground.passable, "world {seed}: {} -> {towards}", world.leg.start);
             }
         }
     }
@@ -92,14 +92,14 @@ fn the_policy_never_means_to_land_on_known_impassable_ground() {
 fn unseen_soil_is_that_of_the_majority_of_the_seen_in_hopper_and_hard_in_the_paper() {
     let world = World::paper(Soils::Sandy, [1.0, 0.0], Profile::Hopper);
     let soil = |profile, sandy_cells: usize, hard_cells: usize| {
-        let mut brief = world.brief;
-        brief.profile = profile;
+        let mut leg = world.leg;
+        leg.profile = profile;
         let mut map = world.unseen();
         for index in 0..sandy_cells + hard_cells {
             let soil = if index < sandy_cells { Soil::Sand } else { Soil::Hard };
             map.learn(index, contract::Ground { soil, ..contract::Ground::FLAT });
         }
-        planner::belief::Belief::new(&brief, &map).unseen.soil
+        planner::belief::Belief::new(&leg, &map).unseen.soil
     };
     assert_eq!(soil(Profile::Hopper, 5, 4), Soil::Sand);
     assert_eq!(soil(Profile::Hopper, 5, 5), Soil::Hard);

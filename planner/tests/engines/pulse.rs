@@ -3,7 +3,7 @@
 use std::cell::Cell as Counter;
 
 use contract::{Cell, Decision, Profile};
-use planner::{Budget, Pulse, Situation, algorithm};
+use planner::{Budget, Pulse, algorithm};
 
 use crate::world::{Soils, World};
 
@@ -12,12 +12,12 @@ use crate::world::{Soils, World};
 fn a_long_plan_beats_as_its_work_goes_on() {
     let world = World::flat(120, Cell::new(0, 0), Cell::new(119, 119), Profile::Hopper);
     let map = world.unseen();
-    let state = world.state(world.brief.start, Decision(0), 0);
-    let situation = Situation { brief: &world.brief, map: &map, state: &state, team: None, scouting: None };
+    let state = world.state(world.leg.start, Decision(0), 0);
+    let situation = world.situation(&map, &state);
     // Under a bound on its work the MDP counts sweeps, without one backups.
     for (name, stride, work_max) in [
         ("mdp", 48, Some(u64::MAX)),
-        ("mdp", 100 * world.brief.grid.cells() as u64, None),
+        ("mdp", 100 * world.leg.grid.cells() as u64, None),
         ("astar", Pulse::STRIDE, None),
         ("dstar_lite", Pulse::STRIDE, None),
     ] {
@@ -39,13 +39,12 @@ fn a_session_beats_whenever_it_works_on_news() {
         let mut mdp = algorithm("mdp").unwrap();
         let mut worked = 0;
         let mut map = world.unseen();
-        let mut cell = world.brief.start;
+        let mut cell = world.leg.start;
         for decision in 0..16 {
             cell = Cell::new(cell.x + 1, cell.y + decision % 2);
             world.sense(&mut map, cell);
             let state = world.state(cell, Decision(decision as u64), 0);
-            let situation =
-                Situation { brief: &world.brief, map: &map, state: &state, team: None, scouting: None };
+            let situation = world.situation(&map, &state);
             let beats = Counter::new(0);
             let beat = || beats.set(beats.get() + 1);
             let plan = mdp.plan(&situation, &Budget { work_max: None, pulse: Pulse::new(&beat) });

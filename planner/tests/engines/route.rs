@@ -5,7 +5,7 @@ use motion::{Domain, Draw};
 use planner::route::costs::{Costs, FORBIDDEN, at_least};
 use planner::route::dstar_lite::IncrementalSearch;
 use planner::route::{Found, Search, astar};
-use planner::{Budget, PlanStatus, Situation, algorithm};
+use planner::{Budget, PlanStatus, algorithm};
 
 use crate::world::{Soils, World};
 
@@ -51,7 +51,7 @@ fn partly_seen(world: &World, seed: u64, share: f64) -> ObservedMap {
 
 fn costs(world: &World, map: &ObservedMap, here: Cell) -> Costs {
     let state = world.state(here, Decision(0), 0);
-    Costs::new(&Situation { brief: &world.brief, map, state: &state, team: None, scouting: None })
+    Costs::new(&world.situation(map, &state))
 }
 
 /// P-ROUTE: A* and D* Lite find the cheapest routes of exhaustive relaxation, and recognise
@@ -62,9 +62,9 @@ fn both_find_the_cheapest_routes_of_exhaustive_relaxation() {
     for seed in 0..60 {
         for profile in Profile::ALL {
             let world = World::random(seed, profile);
-            let (grid, goal) = (world.brief.grid, world.brief.goal);
+            let (grid, goal) = (world.leg.grid, world.leg.goal);
             let map = partly_seen(&world, seed, [0.0, 0.4, 0.8, 1.0][seed as usize % 4]);
-            let costs = costs(&world, &map, world.brief.start);
+            let costs = costs(&world, &map, world.leg.start);
             let least = relaxed(&costs, &grid, goal);
             for here in grid.iter().filter(|&cell| cell != goal && grid.on_same_lattice(cell, goal)) {
                 let need = expected(&costs, &least, &grid, here);
@@ -119,12 +119,12 @@ fn a_mended_search_decides_as_a_new_one_and_as_a_star() {
 fn a_wall_as_far_as_is_known_is_infeasible_and_a_gap_in_it_is_tried() {
     let mut world = World::flat(9, Cell::new(1, 1), Cell::new(7, 7), Profile::Hopper);
     for x in 0..9 {
-        let index = world.brief.grid.index(Cell::new(x, 4)).unwrap();
+        let index = world.leg.grid.index(Cell::new(x, 4)).unwrap();
         world.cells[index].passable = false;
     }
     for name in ["astar", "dstar_lite"] {
         let mut planner = algorithm(name).unwrap();
-        let start = world.brief.start;
+        let start = world.leg.start;
         assert_eq!(world.plan(&mut *planner, &world.unseen(), start).status, PlanStatus::Solved);
         let shut = world.plan(&mut *planner, &world.seen(), start);
         assert_eq!((shut.action, shut.status), (Action::Hold, PlanStatus::Infeasible), "{name}");
@@ -132,7 +132,7 @@ fn a_wall_as_far_as_is_known_is_infeasible_and_a_gap_in_it_is_tried() {
         let gap = world.plan(&mut *planner, &map, start);
         assert_eq!((gap.action, gap.status), (Action::Hop(Direction::North), PlanStatus::Solved), "{name}");
         assert_eq!(world.plan(&mut *planner, &map, Cell::new(-1, 3)).status, PlanStatus::Infeasible);
-        assert_eq!(world.plan(&mut *planner, &map, world.brief.goal).status, PlanStatus::Solved);
+        assert_eq!(world.plan(&mut *planner, &map, world.leg.goal).status, PlanStatus::Solved);
     }
 }
 
@@ -143,7 +143,7 @@ fn a_search_that_is_cut_holds_whatever_was_kept() {
     for name in ["astar", "dstar_lite"] {
         let mut planner = algorithm(name).unwrap();
         let mut plan = |work_max| {
-            world.plan_within(&mut *planner, &world.seen(), world.brief.start, &Budget::of(work_max))
+            world.plan_within(&mut *planner, &world.seen(), world.leg.start, &Budget::of(work_max))
         };
         let whole = plan(None);
         let cut = plan(Some(whole.work / 2));
@@ -157,11 +157,11 @@ fn a_search_that_is_cut_holds_whatever_was_kept() {
 fn an_expected_hop_costs_what_its_tries_cost() {
     // Hard: 2 / 0.9 steps. Sand: 0.3 / 0.7 failed tries at 2 steps, then 3.
     let world = World::paper(Soils::Hard, [0.5, 0.5], Profile::Hopper);
-    let costs = costs(&world, &world.unseen(), world.brief.start);
+    let costs = costs(&world, &world.unseen(), world.leg.start);
     assert_eq!(costs.cheapest, 2_222_222);
     assert_eq!(costs.hops[0], [2_222_222, 2_222_222, FORBIDDEN, FORBIDDEN]);
     let mut sandy = World::paper(Soils::Sandy, [0.5, 0.5], Profile::Hopper);
     sandy.cells[210].gradient = [0.0, 0.0];
-    let costs = self::costs(&sandy, &sandy.seen(), sandy.brief.start);
+    let costs = self::costs(&sandy, &sandy.seen(), sandy.leg.start);
     assert_eq!(costs.hops[210], [3_857_143; 4]);
 }

@@ -1,7 +1,6 @@
 //! Payoffs and Bellman's right-hand side against numbers worked out by hand.
 
 use contract::{Cell, Decision, DistanceNorm, Grid, Ground, Profile, Range, Soil, Weights};
-use planner::Situation;
 use planner::mdp::model::{LOSS, Model};
 use planner::payoff::{LandingPayoff, PERIOD_PRICE};
 use solver::{Kind, Leaving, action_values};
@@ -16,14 +15,14 @@ fn nine_cells(profile: Profile) -> World {
         Ground { height_m: 0.5, gradient: [0.06, -0.08], soil: Soil::Sand, passable: true, ..Ground::FLAT };
     let weights = Weights { safety: 2.0, information: 4.0, distance: 10.0 };
     let mut world = World::new(grid, cells, (Cell::new(0, 0), Cell::new(2, 2)), weights, profile);
-    world.brief.priors.safety = Range { min: -0.1, max: 4.9 };
-    world.brief.priors.height_m = Range { min: -0.5, max: 1.5 };
+    world.leg.priors.safety = Range { min: -0.1, max: 4.9 };
+    world.leg.priors.height_m = Range { min: -0.5, max: 1.5 };
     world
 }
 
 fn model(world: &World) -> Model {
-    let (map, state) = (world.seen(), world.state(world.brief.start, Decision(0), 0));
-    Model::new(&Situation { brief: &world.brief, map: &map, state: &state, team: None, scouting: None })
+    let (map, state) = (world.seen(), world.state(world.leg.start, Decision(0), 0));
+    Model::new(&world.situation(&map, &state))
 }
 
 #[track_caller]
@@ -34,7 +33,7 @@ fn close(got: f64, need: f64) {
 #[test]
 fn the_payoff_is_the_weighted_sum_of_the_paper() {
     let world = nine_cells(Profile::Paper2023);
-    let payoff = LandingPayoff::new(&world.brief);
+    let payoff = LandingPayoff::new(&world.leg);
     let of = |x, y| payoff.of(Cell::new(x, y), world.ground(Cell::new(x, y)).unwrap());
     // Flat hard ground: S = (0 + 0.1)/5, I = 0.5/2. D = −1 at the start, −1/2 in the middle.
     close(of(0, 0), 2.0 * 0.02 + 4.0 * 0.25 - 10.0);
@@ -48,19 +47,19 @@ fn the_payoff_is_the_weighted_sum_of_the_paper() {
 #[test]
 fn distance_and_leaving_are_read_as_the_brief_says() {
     let mut world = nine_cells(Profile::Paper2023);
-    world.brief.reading.distance = DistanceNorm::Manhattan;
+    world.leg.reading.distance = DistanceNorm::Manhattan;
     let of = |world: &World, x, y| {
-        LandingPayoff::new(&world.brief).of(Cell::new(x, y), world.ground(Cell::new(x, y)).unwrap())
+        LandingPayoff::new(&world.leg).of(Cell::new(x, y), world.ground(Cell::new(x, y)).unwrap())
     };
     // One of the four cells from start to goal is left at (2, 1), two at (0, 2), and all at the start.
     close(of(&world, 2, 1), 2.0 * 0.02 + 4.0 * 0.25 - 10.0 / 4.0);
     close(of(&world, 0, 2), 2.0 * 0.02 + 4.0 * 0.25 - 10.0 / 2.0);
     close(of(&world, 0, 0), 2.0 * 0.02 + 4.0 * 0.25 - 10.0);
-    world.brief.reading.distance_scale_cells = Some(8.0);
+    world.leg.reading.distance_scale_cells = Some(8.0);
     close(of(&world, 2, 1), 2.0 * 0.02 + 4.0 * 0.25 - 10.0 / 8.0);
 
     assert_eq!(model(&world).world.rules().leaving, Leaving::Stays);
-    world.brief.reading.leaving = Some(-100.0);
+    world.leg.reading.leaving = Some(-100.0);
     let rules = model(&world).world.rules().clone();
     assert_eq!((rules.leaving, rules.loss), (Leaving::Loses, -100.0));
     // West of the start, on hard flat ground: the hop leaves unless it slips, to the south as well, or to (0, 1).
@@ -73,15 +72,15 @@ fn distance_and_leaving_are_read_as_the_brief_says() {
 fn in_profile_hopper_safety_is_the_slope_alone() {
     let mut world = nine_cells(Profile::Hopper);
     let (middle, price) = (Cell::new(1, 1), 10.0 * PERIOD_PRICE);
-    let of = |world: &World| LandingPayoff::new(&world.brief).of(middle, world.ground(middle).unwrap());
+    let of = |world: &World| LandingPayoff::new(&world.leg).of(middle, world.ground(middle).unwrap());
     // The range of −|∇h| − T is 5 wide with T = −5; the rest is the slopes': none.
     close(of(&world), 2.0 * (1.0 - 0.1 / 5.0) + 4.0 * 0.5 - 5.0 - price);
     // 5.2 wide, 0.2 of which are the slopes'.
-    world.brief.priors.safety = Range { min: -0.2, max: 5.0 };
+    world.leg.priors.safety = Range { min: -0.2, max: 5.0 };
     close(of(&world), 2.0 * (1.0 - 0.1 / 0.2) + 4.0 * 0.5 - 5.0 - price);
     // Whichever sign the brief gives T.
-    world.brief.payoff.sand_term = 5.0;
-    world.brief.priors.safety = Range { min: -5.2, max: 0.0 };
+    world.leg.payoff.sand_term = 5.0;
+    world.leg.priors.safety = Range { min: -5.2, max: 0.0 };
     close(of(&world), 2.0 * (1.0 - 0.1 / 0.2) + 4.0 * 0.5 - 5.0 - price);
 }
 
@@ -89,9 +88,9 @@ fn in_profile_hopper_safety_is_the_slope_alone() {
 fn in_profile_hopper_every_period_short_of_the_goal_has_the_same_price_on_top() {
     let [hopper, paper] = [Profile::Hopper, Profile::Paper2023].map(|profile| {
         let mut world = nine_cells(profile);
-        world.brief.weights.safety = 0.0;
-        let payoff = LandingPayoff::new(&world.brief);
-        world.brief.grid.iter().map(|cell| payoff.of(cell, &Ground::FLAT)).collect::<Vec<_>>()
+        world.leg.weights.safety = 0.0;
+        let payoff = LandingPayoff::new(&world.leg);
+        world.leg.grid.iter().map(|cell| payoff.of(cell, &Ground::FLAT)).collect::<Vec<_>>()
     });
     for (index, (hopper, paper)) in hopper.into_iter().zip(paper).enumerate() {
         close(paper - hopper, if index == 8 { 0.0 } else { 10.0 * PERIOD_PRICE });
@@ -101,8 +100,8 @@ fn in_profile_hopper_every_period_short_of_the_goal_has_the_same_price_on_top() 
 #[test]
 fn a_start_on_the_goal_has_no_distance_to_lose() {
     let mut world = nine_cells(Profile::Paper2023);
-    world.brief.start = world.brief.goal;
-    close(LandingPayoff::new(&world.brief).of(Cell::new(0, 0), &Ground::FLAT), 2.0 * 0.02 + 4.0 * 0.25);
+    world.leg.start = world.leg.goal;
+    close(LandingPayoff::new(&world.leg).of(Cell::new(0, 0), &Ground::FLAT), 2.0 * 0.02 + 4.0 * 0.25);
 }
 
 #[test]

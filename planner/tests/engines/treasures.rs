@@ -6,7 +6,7 @@ use contract::{Action, Cell, Collected, Decision, Direction, ObservedMap, Profil
 use planner::mdp::hunt::Hunt;
 use planner::mdp::model::Model;
 use planner::mdp::treasure_sets::EXACT_MAX;
-use planner::{Budget, Planner, Situation, algorithm};
+use planner::{Budget, Planner, algorithm};
 use solver::{Hop, Kind, Leaving, Scatter};
 
 use crate::world::{Soils, World, with_treasures};
@@ -16,13 +16,7 @@ use crate::world::{Soils, World, with_treasures};
 fn brute_force(world: &World, map: &ObservedMap, here: Cell) -> (Model, Vec<Vec<f64>>) {
     let plain = with_treasures(map.clone(), &[]);
     let state = world.state(here, contract::Decision(0), 0);
-    let model = Model::new(&Situation {
-        brief: &world.brief,
-        map: &plain,
-        state: &state,
-        team: None,
-        scouting: None,
-    });
+    let model = Model::new(&world.situation(&plain, &state));
     let nodes: Vec<usize> = map.treasures().iter().map(|&cell| model.lattice.node(cell).unwrap()).collect();
     let process = &model.world;
     let rules = process.rules();
@@ -36,7 +30,7 @@ fn brute_force(world: &World, map: &ObservedMap, here: Cell) -> (Model, Vec<Vec<
                 Kind::Goal => process.payoff(to),
                 Kind::Free => match nodes.iter().position(|&treasure| treasure == to) {
                     Some(number) if set & 1 << number != 0 => {
-                        let collected = process.payoff(to) + world.brief.payoff.treasure;
+                        let collected = process.payoff(to) + world.leg.payoff.treasure;
                         collected + values[set & !(1 << number)][to]
                     }
                     _ => process.payoff(to) + values[set][to],
@@ -81,9 +75,9 @@ fn the_plan_with_treasures_is_the_optimum_over_all_that_may_be_left() {
     for profile in Profile::ALL {
         for seed in 0..8 {
             let mut world = World::random(seed, profile);
-            world.brief.payoff.treasure = [3.0, 40.0][(seed % 2) as usize];
-            let (start, goal) = (world.brief.start, world.brief.goal);
-            let grid = world.brief.grid;
+            world.leg.payoff.treasure = [3.0, 40.0][(seed % 2) as usize];
+            let (start, goal) = (world.leg.start, world.leg.goal);
+            let grid = world.leg.grid;
             let eligible = |cell: &Cell| {
                 let passable = world.ground(*cell).is_some_and(|ground| ground.passable);
                 passable && ![start, goal].contains(cell) && grid.on_same_lattice(*cell, goal)
@@ -120,7 +114,7 @@ fn a_treasure_is_worth_a_detour_that_its_payoff_covers() {
         let mut world = World::flat(9, Cell::new(3, 4), Cell::new(7, 4), profile);
         let aside = Cell::new(3, 2);
         let mut first = |payoff: f64, treasures: Vec<Cell>| {
-            world.brief.payoff.treasure = payoff;
+            world.leg.payoff.treasure = payoff;
             let map = with_treasures(world.seen(), &treasures);
             world.plan(&mut *algorithm("mdp").unwrap(), &map, Cell::new(3, 4)).action
         };
@@ -137,13 +131,13 @@ fn a_treasure_is_worth_a_detour_that_its_payoff_covers() {
 fn nobody_lingers_at_a_treasure() {
     for name in ["mdp", "greedy", "astar"] {
         let mut world = World::paper(Soils::Hard, [0.5, 0.5], Profile::Paper2023);
-        world.brief.payoff.treasure = 1_000.0;
+        world.leg.payoff.treasure = 1_000.0;
         let all = [Cell::new(4, 4), Cell::new(6, 3), Cell::new(12, 10)];
         let mut map = with_treasures(world.seen(), &all);
         let mut planner = algorithm(name).unwrap();
-        let (mut cell, mut landings) = (world.brief.start, BTreeSet::new());
+        let (mut cell, mut landings) = (world.leg.start, BTreeSet::new());
         for decision in 0..150 {
-            if cell == world.brief.goal {
+            if cell == world.leg.goal {
                 break;
             }
             let action = world.plan(&mut *planner, &map, cell).action;
@@ -153,7 +147,7 @@ fn nobody_lingers_at_a_treasure() {
                 map.treasures().iter().copied().filter(|treasure| *treasure != cell).collect();
             map.set_treasures(&left);
         }
-        assert_eq!(cell, world.brief.goal, "{name}");
+        assert_eq!(cell, world.leg.goal, "{name}");
         if name == "mdp" {
             assert!(map.treasures().is_empty() && all.iter().all(|cell| landings.contains(cell)));
         }
@@ -163,14 +157,14 @@ fn nobody_lingers_at_a_treasure() {
 #[test]
 fn of_more_treasures_than_are_planned_for_the_nearest_count() {
     let mut world = World::flat(9, Cell::new(4, 4), Cell::new(8, 8), Profile::Hopper);
-    world.brief.payoff.treasure = 150.0;
+    world.leg.payoff.treasure = 150.0;
     let near: Vec<Cell> = [(4, 3), (3, 4), (3, 3), (4, 2)].map(|(x, y)| Cell::new(x, y)).into();
     assert_eq!(near.len(), EXACT_MAX);
     let value = |treasures: Vec<Cell>| {
         let mut mdp = planner::mdp::Mdp::default();
         let map = with_treasures(world.seen(), &treasures);
         world.plan(&mut mdp, &map, Cell::new(4, 4));
-        mdp.policy().unwrap()[world.brief.grid.index(Cell::new(4, 4)).unwrap()].value
+        mdp.policy().unwrap()[world.leg.grid.index(Cell::new(4, 4)).unwrap()].value
     };
     let with_a_far_one = [&near[..], &[Cell::new(0, 8)]].concat();
     assert_eq!(value(with_a_far_one), value(near));
@@ -183,12 +177,11 @@ fn profile_hopper_makes_detours_for_treasures_while_it_has_steps_to_spare() {
     let here = Cell::new(3, 4);
     let action = |profile, treasures, steps| {
         let mut world = World::flat(9, here, Cell::new(7, 4), profile);
-        world.brief.payoff.treasure = 20.0;
-        world.brief.priors.treasures = treasures;
+        world.leg.payoff.treasure = 20.0;
+        world.leg.priors.treasures = treasures;
         let map = with_treasures(world.seen(), &[Cell::new(3, 2)]);
         let state = world.state(here, Decision(0), steps);
-        let situation =
-            Situation { brief: &world.brief, map: &map, state: &state, team: None, scouting: None };
+        let situation = world.situation(&map, &state);
         let hunts = Hunt::of(&situation).is_some();
         (hunts, planner::mdp::Mdp::default().plan(&situation, &Budget::default()).action)
     };
@@ -208,19 +201,18 @@ fn a_hunt_goes_where_unseen_cells_come_into_sight() {
     let (here, goal) = (Cell::new(0, 0), Cell::new(6, 6));
     for unseen_above in [true, false] {
         let mut world = World::flat(7, here, goal, Profile::Hopper);
-        world.brief.payoff.treasure = 20.0;
-        let grid = world.brief.grid;
+        world.leg.payoff.treasure = 20.0;
+        let grid = world.leg.grid;
         // One half is unseen, on one side of the diagonal.
         let map = world.seen_where(|index| {
             let cell = grid.cell(index);
             if unseen_above { cell.y <= cell.x + 1 } else { cell.x <= cell.y + 1 }
         });
         let mut first = |treasures, collected| {
-            world.brief.priors.treasures = treasures;
+            world.leg.priors.treasures = treasures;
             let mut state = world.state(here, Decision(0), 0);
             state.collected = collected;
-            let situation =
-                Situation { brief: &world.brief, map: &map, state: &state, team: None, scouting: None };
+            let situation = world.situation(&map, &state);
             planner::mdp::Mdp::default().plan(&situation, &Budget::default()).action
         };
         let towards = if unseen_above { Direction::North } else { Direction::East };
@@ -233,10 +225,10 @@ fn a_hunt_goes_where_unseen_cells_come_into_sight() {
 #[test]
 fn a_hunt_does_not_depend_on_what_the_planner_remembers() {
     let mut world = World::paper(Soils::Hard, [0.5, 0.5], Profile::Hopper);
-    world.brief.payoff.treasure = 20.0;
-    world.brief.priors.treasures = 4;
+    world.leg.payoff.treasure = 20.0;
+    world.leg.priors.treasures = 4;
     // Too few for a hunt at the start, and enough once half of the way has gone well.
-    world.brief.limits.steps_max = 110;
+    world.leg.limits.steps_max = 110;
     let (mut hunts, mut others) = (0, 0);
     for seed in 0..4 {
         world.fly(&mut planner::mdp::Mdp::default(), seed, |situation, plan| {

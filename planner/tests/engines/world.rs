@@ -3,9 +3,9 @@
 use std::f64::consts::{FRAC_PI_4, FRAC_PI_6, PI};
 
 use contract::{
-    Action, Branch, Brief, Cell, Decision, Digest, GradientSource, Grid, Ground, Leader, Limits, MonotonicNs,
-    MotionParameters, Name, ObservedMap, Payoff, Pose, Priors, Profile, Range, RobotId, RunId,
-    SensorParameters, Soil, SoilMotion, State, Status, Timing, Weights,
+    Account, Action, Branch, Brief, Cell, Decision, Digest, GradientSource, Grid, Ground, Leader, Leg,
+    Limits, MonotonicNs, MotionParameters, Name, ObservedMap, Payoff, Pose, Priors, Profile, Range, Robot,
+    RobotId, Robots, RunId, SensorParameters, Soil, SoilMotion, State, Status, Timing, Weights,
 };
 use motion::{Domain, Draw, landing, steps, transition};
 use planner::{Budget, Plan, Planner, Situation};
@@ -21,11 +21,13 @@ pub enum Soils {
     Sandy,
 }
 
-/// A world: the brief, and the ground.
+/// A world: the leg of a hopper, and the ground.
 #[derive(Clone, Debug)]
 pub struct World {
+    /// What nobody reads who plans for one hopper.
+    brief: Brief,
     /// What the planner is told.
-    pub brief: Brief,
+    pub leg: Leg,
     /// The ground, which the planner is not told, in index order.
     pub cells: Vec<Ground>,
 }
@@ -112,9 +114,9 @@ impl World {
     /// about as much as may still count as equal, by values that are hard to solve for.
     pub fn doubtful(seed: u64) -> Self {
         let mut world = Self::flat(9, Cell::new(1, 1), Cell::new(7, 7), Profile::ALL[seed as usize % 2]);
-        world.brief.payoff.discount = [0.9995, 0.9999][seed as usize / 2 % 2];
-        (world.brief.weights.safety, world.brief.weights.information) = (0.0, 1.0);
-        world.brief.priors.height_m = Range { min: 0.0, max: 1.0 };
+        world.leg.payoff.discount = [0.9995, 0.9999][seed as usize / 2 % 2];
+        (world.leg.weights.safety, world.leg.weights.information) = (0.0, 1.0);
+        world.leg.priors.height_m = Range { min: 0.0, max: 1.0 };
         for (index, ground) in (0..).zip(&mut world.cells) {
             ground.height_m = 1e-4 * Draw::new(seed, Domain::Motion, RobotId(7), Decision(index)).uniform();
         }
@@ -133,16 +135,20 @@ impl World {
         let safety = |ground: &Ground| {
             -ground.steepness() - if ground.soil == Soil::Sand { payoff.sand_term } else { 0.0 }
         };
+        let sensor = SensorParameters {
+            gain: 2.0,
+            offset_m: 1.0,
+            radius_min_m: grid.hop_distance_m(),
+            radius_max_m: 100.0,
+            gradient: GradientSource::Measured,
+        };
         let brief = Brief {
             run: RunId(1),
             scenario: Name::NONE,
             scenario_hash: [0; 32],
             profile,
-            robots: 1,
             grid,
             datum_m: 0.0,
-            start,
-            goal,
             weights,
             payoff,
             priors: Priors {
@@ -150,56 +156,47 @@ impl World {
                 height_m: range(cells.iter().map(|ground| ground.height_m)),
                 treasures: 0,
             },
-            motion: MOTION,
-            sensor: SensorParameters {
-                gain: 2.0,
-                offset_m: 1.0,
-                radius_min_m: grid.hop_distance_m(),
-                radius_max_m: 100.0,
-                gradient: GradientSource::Measured,
-            },
             limits: Limits { steps_max: 150, decision_budget_ns: 600_000_000 },
             guard: contract::Guard::OFF,
             reading: contract::Reading::default(),
-            cover: None,
-            scout: None,
-            mixed: None,
-            patrol: None,
+            account: Account::Hopper,
+            sampling: None,
+            robots: Robots::new(&[Robot::hopper(&grid, MOTION, sensor, [start, goal])]).unwrap(),
         };
-        Self { brief, cells }
+        Self { brief, leg: brief.leg(0), cells }
     }
 
     /// The ground at a cell of the grid.
     pub fn ground(&self, cell: Cell) -> Option<&Ground> {
-        self.cells.get(self.brief.grid.index(cell)?)
+        self.cells.get(self.leg.grid.index(cell)?)
     }
 
     /// A map on which nothing has been seen.
     pub fn unseen(&self) -> ObservedMap {
-        ObservedMap::unseen(self.brief.run, RobotId(0), self.brief.grid)
+        ObservedMap::unseen(self.leg.run, RobotId(0), self.leg.grid)
     }
 
     /// A map on which everything has been seen.
     pub fn seen(&self) -> ObservedMap {
         let cells: Vec<_> = self.cells.iter().copied().map(Some).collect();
-        ObservedMap::of_cells(self.brief.run, RobotId(0), self.brief.grid, &cells)
+        ObservedMap::of_cells(self.leg.run, RobotId(0), self.leg.grid, &cells)
     }
 
     /// A map on which those cells have been seen whose index `is_seen`.
     pub fn seen_where(&self, mut is_seen: impl FnMut(usize) -> bool) -> ObservedMap {
         let cells: Vec<_> = (0..self.cells.len()).map(|i| is_seen(i).then(|| self.cells[i])).collect();
-        ObservedMap::of_cells(self.brief.run, RobotId(0), self.brief.grid, &cells)
+        ObservedMap::of_cells(self.leg.run, RobotId(0), self.leg.grid, &cells)
     }
 
     /// Folds in what can be seen from `cell`: the closed disc of radius 2(h+1).
     pub fn sense(&self, map: &mut ObservedMap, from: Cell) {
         let Some(ground) = self.ground(from) else { return };
-        let reach_cells = self.brief.sensor.reach_cells(&self.brief.grid, ground.height_m);
+        let reach_cells = self.leg.sensor.reach_cells(&self.leg.grid, ground.height_m);
         let reach = reach_cells.floor() as i32;
         for y in from.y - reach..=from.y + reach {
             for x in from.x - reach..=from.x + reach {
                 let cell = Cell::new(x, y);
-                if let Some(index) = self.brief.grid.index(cell)
+                if let Some(index) = self.leg.grid.index(cell)
                     && cell.distance_cells(from) <= reach_cells
                 {
                     map.learn(index, self.cells[index]);
@@ -212,7 +209,7 @@ impl World {
     /// The state of a hopper at `cell`.
     pub fn state(&self, cell: Cell, decision: Decision, steps: u64) -> State {
         State {
-            run: self.brief.run,
+            run: self.leg.run,
             robot: RobotId(0),
             decision,
             steps,
@@ -233,6 +230,11 @@ impl World {
         }
     }
 
+    /// What there is to plan for.
+    pub fn situation<'a>(&'a self, map: &'a ObservedMap, state: &'a State) -> Situation<'a> {
+        Situation { brief: &self.brief, leg: Some(&self.leg), map, state, team: None, scouting: None }
+    }
+
     /// What `planner` answers at `cell` on `map`, without a bound on its work.
     pub fn plan(&self, planner: &mut dyn Planner, map: &ObservedMap, cell: Cell) -> Plan {
         self.plan_within(planner, map, cell, &Budget::default())
@@ -247,8 +249,7 @@ impl World {
         budget: &Budget,
     ) -> Plan {
         let state = self.state(cell, Decision(0), 0);
-        planner
-            .plan(&Situation { brief: &self.brief, map, state: &state, team: None, scouting: None }, budget)
+        planner.plan(&self.situation(map, &state), budget)
     }
 
     /// Where `action` leads from `cell`, and what it costs in steps.
@@ -257,8 +258,8 @@ impl World {
         let (branch, to) = match action {
             Action::Hop(direction) => {
                 let uniform = Draw::new(seed, Domain::Motion, RobotId(0), decision).uniform();
-                let branch = transition(&self.brief.motion, ground, direction).branch(uniform);
-                (branch, landing(&self.brief.grid, cell, direction, branch))
+                let branch = transition(&self.leg.motion, ground, direction).branch(uniform);
+                (branch, landing(&self.leg.grid, cell, direction, branch))
             }
             _ => (Branch::Held, cell),
         };
@@ -273,13 +274,12 @@ impl World {
         mut watch: impl FnMut(&Situation<'_>, &Plan),
     ) -> Episode {
         let mut map = self.unseen();
-        let mut cell = self.brief.start;
+        let mut cell = self.leg.start;
         let mut steps = 0;
         for decision in (0..).map(Decision) {
             self.sense(&mut map, cell);
             let state = self.state(cell, decision, steps);
-            let situation =
-                Situation { brief: &self.brief, map: &map, state: &state, team: None, scouting: None };
+            let situation = self.situation(&map, &state);
             let plan = planner.plan(&situation, &Budget::default());
             watch(&situation, &plan);
             let (to, cost) = self.hop(cell, plan.action, seed, decision);
@@ -288,8 +288,8 @@ impl World {
             let status = match self.ground(cell) {
                 None => Status::LeftMap,
                 Some(ground) if !ground.passable => Status::Lost,
-                Some(_) if cell == self.brief.goal && steps <= self.brief.limits.steps_max => Status::Goal,
-                Some(_) if steps >= self.brief.limits.steps_max => Status::Deadlock,
+                Some(_) if cell == self.leg.goal && steps <= self.leg.limits.steps_max => Status::Goal,
+                Some(_) if steps >= self.leg.limits.steps_max => Status::Deadlock,
                 Some(_) => continue,
             };
             return Episode { status, steps };

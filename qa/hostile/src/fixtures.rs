@@ -124,13 +124,13 @@ pub fn brief() -> Brief {
 /// A mission in [`world`].
 #[must_use]
 pub fn mission() -> Mission {
-    Mission { brief: brief(), terrain: world().terrain.clone(), seed: 42, fleet: None }
+    Mission { brief: brief(), terrain: world().terrain.clone(), seed: 42, faults: Vec::new() }
 }
 
 /// The command of the planner in command at `state`: towards the goal.
 #[must_use]
 pub fn command(state: &State) -> Command {
-    let Cell { x, y } = brief().goal;
+    let Cell { x, y } = brief().leg(0).goal;
     let (dx, dy) = (x.saturating_sub(state.pose.cell.x), y.saturating_sub(state.pose.cell.y));
     let direction = match (dx.saturating_abs() >= dy.saturating_abs(), dx > 0, dy > 0) {
         (true, true, _) => Direction::East,

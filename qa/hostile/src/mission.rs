@@ -9,13 +9,13 @@ use std::collections::VecDeque;
 
 use contract::limits::PAST_PAGE_RECORDS;
 use contract::wire::{
-    BriefV9, CommandV3, GroundV2, HeartbeatV2, MapPageV2, MapPatchV2, MapRequestV1, PastHeaderV1,
-    PastRequestV1, RecordV4, SeenCellV3, StateV4, TruthPageV1, TruthRequestV1, Wire, map_page_from_wire,
-    page_from_wire, patch_from_wire, truth_page_from_wire,
+    BriefV10, CommandV3, GroundV2, HeartbeatV2, MapPageV2, MapPatchV2, MapRequestV1, PastHeaderV1,
+    PastRequestV1, RecordV4, RobotV1, SeenCellV3, StateV4, TruthPageV1, TruthRequestV1, Wire,
+    brief_from_wire, map_page_from_wire, page_from_wire, patch_from_wire, truth_page_from_wire,
 };
 use contract::{
-    Brief, Command, Decision, Heartbeat, Incarnation, MapPatch, MapRequest, MonotonicNs, PastPage,
-    PastRequest, Record, Role, State, TruthPage, TruthRequest,
+    Command, Decision, Heartbeat, Incarnation, MapPatch, MapRequest, MonotonicNs, PastPage, PastRequest,
+    Record, Role, State, TruthPage, TruthRequest,
 };
 use hopper_sim::{Arbiter, Pace, ROBOT};
 use monitor::watcher::{self, Watcher};
@@ -49,12 +49,13 @@ pub fn read(bytes: &[u8]) {
 /// A mission to its end undisturbed, and one with a damaged field now and then.
 #[must_use]
 pub fn seeds() -> Vec<Vec<u8>> {
-    let honest = |turn: u8| [turn, 0];
+    // Header and robots of a brief are damaged apart, by a byte each.
+    let honest = |turn: u8| if turn == 0 { vec![0; 3] } else { vec![turn, 0] };
     let round = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11];
     let calm: Vec<u8> = round.iter().cycle().take(90).flat_map(|&turn| honest(turn)).collect();
     let rough = round.iter().cycle().take(90).enumerate().flat_map(|(index, &turn)| {
         let damage = [1, (7 * index) as u8, 0, 4, 0, 0, 0, 0];
-        if index % 5 == 4 { [turn].into_iter().chain(damage).collect() } else { honest(turn).to_vec() }
+        if index % 5 == 4 { [turn].into_iter().chain(damage).collect() } else { honest(turn) }
     });
     vec![calm, rough.collect()]
 }
@@ -151,8 +152,10 @@ impl<'a> Processes<'a> {
     }
 
     fn brief(&mut self) {
-        let wire = self.script.damaged(BriefV9::from(&self.arbiter.mission().brief));
-        if let Ok(brief) = Brief::try_from(&wire) {
+        let brief = self.arbiter.mission().brief;
+        let header = self.script.damaged(BriefV10::from(&brief));
+        let robots = brief.robots.iter().map(RobotV1::from).collect();
+        if let Ok(brief) = brief_from_wire(&header, &self.one_damaged(robots)) {
             self.cartographer(cartographer::Event::Brief(brief));
             self.pilot(pilot::Event::Brief(brief));
             self.watcher(watcher::Event::Brief(brief));

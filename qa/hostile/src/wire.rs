@@ -11,27 +11,32 @@ use contract::limits::{
     TRUTH_PAGE_CELLS,
 };
 use contract::wire::{
-    AnnouncementV1, BriefV9, CommandV3, ControlV1, GroundV2, HeartbeatV2, MapPageV2, MapPatchV2,
-    MapRequestV1, MemberV5, PastHeaderV1, PastRequestV1, PolicyCellV1, PolicyHeaderV1, PriorCellV1,
-    PriorPageV1, PriorRequestV1, RecordV4, RoutePageV1, RouteRequestV1, SeenCellV3, StateV4, TeamHeaderV1,
-    TempoV1, TruthPageV1, TruthRequestV1, WaypointV1, Wire, announcement_from_wire, map_page_from_wire,
-    page_from_wire, patch_from_wire, policy_from_wire, prior_page_from_wire, route_page_from_wire,
-    team_from_wire, truth_page_from_wire,
+    AnnouncementV1, BriefV10, CommandV3, ControlV1, GroundV2, HeartbeatV2, MapPageV2, MapPatchV2,
+    MapRequestV1, MemberV6, PastHeaderV1, PastRequestV1, PolicyCellV1, PolicyHeaderV1, PriorCellV1,
+    PriorPageV1, PriorRequestV1, RecordV4, RobotV1, RoutePageV1, RouteRequestV1, SeenCellV3, StateV4,
+    TeamHeaderV1, TempoV1, TruthPageV1, TruthRequestV1, WaypointV1, Wire, announcement_from_wire,
+    brief_from_wire, map_page_from_wire, page_from_wire, patch_from_wire, policy_from_wire,
+    prior_page_from_wire, route_page_from_wire, team_from_wire, truth_page_from_wire,
 };
 use contract::{
-    Announcement, Brief, Cell, Command, Control, Decision, Direction, Ground, Heartbeat, MapPage, MapPatch,
+    Announcement, Cell, Command, Control, Decision, Direction, Ground, Heartbeat, MapPage, MapPatch,
     MapRequest, Member, Order, Pace, Pacing, PastRequest, Placement, Policy, PolicyCell, PriorCell,
-    PriorPage, PriorRequest, Record, Refusal, Robot, RobotId, Route, RoutePage, RouteRequest, SeenCell,
-    Sensor, SpeedPrior, Standing, State, Team, TruthPage, TruthRequest, Vehicle, Waypoint,
+    PriorPage, PriorRequest, Record, Refusal, RobotId, Route, RoutePage, RouteRequest, SeenCell, SpeedPrior,
+    Standing, State, Team, TruthPage, TruthRequest, Waypoint,
 };
 use hopper_sim::ROBOT;
 use perception::Observation;
 
 use crate::{fixtures, told};
 
-/// Reads a message of `hop/brief`.
+/// `hop/brief`: a header with the robots.
 pub fn brief(bytes: &[u8]) {
-    there_and_back::<BriefV9, Brief>(&header(bytes).0);
+    let (header, rest) = header(bytes);
+    paged(brief_from_wire(&header, &payload(rest)), |brief| {
+        assert!((1..=ROBOTS_MAX).contains(&brief.robots.len()));
+        let robots: Vec<RobotV1> = brief.robots.iter().map(RobotV1::from).collect();
+        brief_from_wire(&BriefV10::from(brief), &robots)
+    });
 }
 
 /// Reads a message of `hop/rN/command`.
@@ -90,7 +95,7 @@ pub fn team(bytes: &[u8]) {
     let (header, rest) = header(bytes);
     paged(team_from_wire(&header, &payload(rest)), |team| {
         assert!((1..=ROBOTS_MAX).contains(&team.members.len()));
-        let members: Vec<MemberV5> = team.members.iter().map(MemberV5::from).collect();
+        let members: Vec<MemberV6> = team.members.iter().map(MemberV6::from).collect();
         team_from_wire(&TeamHeaderV1::from(team), &members)
     });
 }
@@ -191,7 +196,9 @@ fn bytes_of<W: Wire, C: Wire>(header: &W, cells: &[C]) -> Vec<u8> {
 /// The brief of [`fixtures`] in wire form.
 #[must_use]
 pub fn briefs() -> Vec<Vec<u8>> {
-    vec![bytes_of::<_, GroundV2>(&BriefV9::from(&fixtures::brief()), &[])]
+    let brief = fixtures::brief();
+    let robots: Vec<RobotV1> = brief.robots.iter().map(RobotV1::from).collect();
+    vec![bytes_of(&BriefV10::from(&brief), &robots)]
 }
 
 /// An order, and a pacing.
@@ -363,11 +370,6 @@ pub fn teams() -> Vec<Vec<u8>> {
     let state = &fixtures::flown().1[0];
     let at = |x| Placement { cell: Cell::new(x, 1), heading: Direction::North };
     let member = |x| Member {
-        robot: Robot {
-            vehicle: Vehicle::Rover { speed_mps: 0.5 },
-            sensor: Sensor::Square { range_cells: 1 },
-            start: at(x),
-        },
         at: at(x),
         ready_at_ns: 2_000_000_000,
         standing: Standing::Active,
@@ -384,7 +386,7 @@ pub fn teams() -> Vec<Vec<u8>> {
         actor: Some(ROBOT),
         members: [member(1), member(2)].into(),
     };
-    let members: Vec<MemberV5> = team.members.iter().map(MemberV5::from).collect();
+    let members: Vec<MemberV6> = team.members.iter().map(MemberV6::from).collect();
     vec![bytes_of(&TeamHeaderV1::from(&team), &members)]
 }
 

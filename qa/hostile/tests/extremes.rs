@@ -5,8 +5,9 @@
 use std::sync::Arc;
 
 use contract::wire::{
-    BriefV9, CommandV3, GroundV2, HeartbeatV2, MapPageV2, MapPatchV2, PastHeaderV1, RecordV4, SeenCellV3,
-    StateV4, TruthPageV1, map_page_from_wire, page_from_wire, patch_from_wire, truth_page_from_wire,
+    BriefV10, CommandV3, GroundV2, HeartbeatV2, MapPageV2, MapPatchV2, PastHeaderV1, RecordV4, RobotV1,
+    SeenCellV3, StateV4, TruthPageV1, brief_from_wire, map_page_from_wire, page_from_wire, patch_from_wire,
+    truth_page_from_wire,
 };
 use contract::{Brief, Command, Decision, Heartbeat, Incarnation, MonotonicNs, PastPage, Record, State};
 use hopper_sim::{Arbiter, Effect, Event, Mission, Pace, ROBOT};
@@ -117,6 +118,15 @@ impl Processes {
     }
 }
 
+/// The fixtures' brief with any field of it or of its robot at any extreme, as far as it passes the checks of the wire.
+fn briefs() -> Vec<Brief> {
+    let brief = fixtures::brief();
+    let (header, robot) = (BriefV10::from(&brief), RobotV1::from(&brief.robots[0]));
+    let headers = extremes::of(&header).into_iter().map(|header| brief_from_wire(&header, &[robot]));
+    let robots = extremes::of(&robot).into_iter().map(|robot| brief_from_wire(&header, &[robot]));
+    headers.chain(robots).filter_map(Result::ok).collect()
+}
+
 /// P-EXTREMES-PEERS: Perception, planner and monitor survive every extreme value that passes the
 /// checks of the wire.
 // Long: a list of the messages that peers read.
@@ -126,14 +136,12 @@ fn no_extreme_of_what_peers_read_ends_one_of_them() {
     let (patch, page, truth) = (wire::patch(), wire::page(), wire::truth());
     let cells: Vec<_> = patch.cells.iter().map(SeenCellV3::from).collect();
     let ground: Vec<_> = truth.cells.iter().map(GroundV2::from).collect();
-    for wire in extremes::of(&BriefV9::from(&fixtures::brief())) {
-        if let Ok(brief) = Brief::try_from(&wire) {
-            for run in [fixtures::RUN, brief.run] {
-                let mut processes = Processes::aboard();
-                processes.brief(Brief { run, ..brief });
-                processes.state(State { run, ..states[0] });
-                processes.tick();
-            }
+    for brief in briefs() {
+        for run in [fixtures::RUN, brief.run] {
+            let mut processes = Processes::aboard();
+            processes.brief(Brief { run, ..brief });
+            processes.state(State { run, ..states[0] });
+            processes.tick();
         }
     }
     for wire in extremes::of(&StateV4::from(&states[1])) {
@@ -201,21 +209,22 @@ const WORK_MAX: u64 = 200_000;
 #[test]
 fn every_planner_decides_under_every_brief_that_passes() {
     let mut planned = 0;
-    for wire in extremes::of(&BriefV9::from(&fixtures::brief())) {
-        let Ok(brief) = Brief::try_from(&wire) else { continue };
+    for brief in briefs() {
         let mut terrain = fixtures::mission().terrain;
         if brief.grid.cells() != terrain.cells.len() {
             continue;
         }
         Arc::make_mut(&mut terrain).grid = brief.grid;
-        let mission = Mission { brief, terrain: terrain.clone(), seed: 1, fleet: None };
+        let mission = Mission { brief, terrain: terrain.clone(), seed: 1, faults: Vec::new() };
         let state = *Arbiter::new(mission, None, Pace::Max, 0, NOW).state();
         let mut observation = Observation::unseen(&brief, ROBOT);
         observation.fold(&brief, &terrain, state.pose, Decision(0));
+        let leg = brief.leg(state.visits);
         for name in planner::ALGORITHMS {
             let mut planner = algorithm(name).unwrap();
             let situation = Situation {
                 brief: &brief,
+                leg: Some(&leg),
                 map: observation.map(),
                 state: &state,
                 team: None,

@@ -35,8 +35,8 @@ impl World {
     /// # Errors
     /// Exit code 2 if a planner does not suit its robot.
     pub fn of(resolved: ResolvedScenario, given: Option<Name>) -> Result<Self, Failure> {
-        let planners = planner::assigned(&resolved.brief, &resolved.vehicles(), given, &resolved.planners)
-            .map_err(Failure::usage)?;
+        let planners =
+            planner::assigned(&resolved.brief, given, &resolved.planners).map_err(Failure::usage)?;
         Ok(Self { resolved, planners })
     }
 
@@ -61,7 +61,7 @@ impl World {
     /// Whether it is a single hopper's.
     #[must_use]
     pub fn is_alone(&self) -> bool {
-        self.resolved.fleet.is_none()
+        !self.resolved.brief.has_team()
     }
 
     /// The planner processes: one for each algorithm, with all robots that name it.
@@ -90,8 +90,8 @@ impl World {
     /// # Errors
     /// If a planner does not suit its robot.
     pub fn fly(&self, seed: u64) -> Result<Undisturbed, Failure> {
-        let ResolvedScenario { brief, terrain, fleet, .. } = self.resolved.clone();
-        let mission = Mission { brief, terrain, seed, fleet };
+        let ResolvedScenario { brief, terrain, faults, .. } = self.resolved.clone();
+        let mission = Mission { brief, terrain, seed, faults };
         let schedule = PlannerSchedule::of_robots(&self.planners);
         let flown =
             lockstep::fly(mission, &schedule, &mut || MonotonicNs(0), &mut |_| {}).map_err(Failure::run)?;

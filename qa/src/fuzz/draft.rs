@@ -93,12 +93,12 @@ impl Draft {
     #[must_use]
     pub fn mission(&self) -> Option<(Mission, Vec<Name>)> {
         let world = self.world()?;
-        let planners = match &world.fleet {
-            None => vec![self.planner],
-            Some(_) => world.planners.iter().map(|name| name.unwrap_or(self.planner)).collect(),
+        let planners = match world.brief.has_team() {
+            false => vec![self.planner],
+            true => world.planners.iter().map(|name| name.unwrap_or(self.planner)).collect(),
         };
-        let ResolvedScenario { brief, terrain, fleet, .. } = world;
-        Some((Mission { brief, terrain, seed: self.seed, fleet }, planners))
+        let ResolvedScenario { brief, terrain, faults, .. } = world;
+        Some((Mission { brief, terrain, seed: self.seed, faults }, planners))
     }
 }
 

@@ -125,8 +125,9 @@ fn same(promise: &str, one: &Flown, other: &Flown) -> Result<(), Broken> {
 fn journalled(mission: &Mission, flown: &Flown) -> Result<(), Broken> {
     let promise = "the journal of a mission can be resumed";
     let refused = |error: hopper_sim::JournalError| broken(promise, error.to_string());
-    let Mission { brief, seed, fleet, .. } = mission;
-    let header = JournalHeader { brief: *brief, seed: *seed, resolved: String::new(), fleet: fleet.clone() };
+    let Mission { brief, seed, faults, .. } = mission;
+    let header =
+        JournalHeader { brief: *brief, seed: *seed, resolved: String::new(), faults: faults.clone() };
     let disk = Disk::default();
     let mut journal = Journal::create_on(disk.clone(), &header, false).map_err(refused)?;
     for record in &flown.records {
@@ -176,7 +177,7 @@ fn plan(draft: &Draft, seats: &[Seat]) -> Plan {
 fn with_faults(draft: &Draft) -> Result<bool, Broken> {
     let (mission, planners) = draft.mission().expect("a draft can be flown");
     // The checker computes flights on cells of a metre, as the worlds of its seeds have.
-    if mission.fleet.is_some() && (mission.brief.grid.cell_size_m - 1.0).abs() > 1e-9 {
+    if mission.brief.has_team() && (mission.brief.grid.cell_size_m - 1.0).abs() > 1e-9 {
         return Ok(false);
     }
     let given = Given { planners: seats(&planners), mission };

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use ::campaign::row::TrialResult;
 use ::campaign::{Campaign, Plan, Row, Trial};
-use contract::{Action, Brief, Name, RunId};
+use contract::{Account, Action, Brief, Name, RunId};
 use hopper_sim::Mission;
 use node::{Exit, Failure, Node};
 use scenario::ResolvedScenario;
@@ -102,9 +102,9 @@ fn plan(file: &Path) -> Result<Plan, Failure> {
 pub(super) fn schedule(world: &ResolvedScenario, planner: &str) -> Result<PlannerSchedule, Failure> {
     let given: Name = planner.parse().map_err(Failure::usage)?;
     let scenario = world.brief.scenario;
-    let planners = planner::assigned(&world.brief, &world.vehicles(), Some(given), &world.planners)
+    let planners = planner::assigned(&world.brief, Some(given), &world.planners)
         .map_err(|error| Failure::usage(error.in_scenario(scenario)))?;
-    Ok(if world.fleet.is_some() {
+    Ok(if world.brief.has_team() {
         PlannerSchedule::of_robots(&planners)
     } else {
         PlannerSchedule::single(given)
@@ -118,13 +118,14 @@ pub(super) fn schedule(world: &ResolvedScenario, planner: &str) -> Result<Planne
 pub fn fly(plan: &Plan, world: &ResolvedScenario, trial: &Trial<'_>) -> Result<(Row, Times), Failure> {
     let brief = Brief { run: RunId(1), ..world.brief };
     let mission =
-        Mission { brief, terrain: world.terrain.clone(), seed: trial.seed, fleet: world.fleet.clone() };
+        Mission { brief, terrain: world.terrain.clone(), seed: trial.seed, faults: world.faults.clone() };
     let schedule = schedule(world, &trial.cell.planner)?;
     let (mut hops, mut planning_ns) = (0, 0);
     let started = Node::now();
     let flown = lockstep::fly(mission, &schedule, &mut Node::now, &mut |record| {
         let is_hop = matches!(record.action, Action::Hop(_));
-        hops += u64::from(if brief.is_of_hopper() { is_hop } else { record.action != Action::Hold });
+        hops +=
+            u64::from(if brief.account == Account::Hopper { is_hop } else { record.action != Action::Hold });
         planning_ns += record.timing.planning_ended.since_ns(record.timing.planning_started);
     })
     .map_err(Failure::usage)?;

@@ -1,6 +1,7 @@
 //! The clairvoyant's bounds of a campaign's worlds, each computed once.
 
 use ::campaign::{Bound, Plan};
+use contract::Account;
 use scenario::ResolvedScenario;
 use sha2::{Digest as _, Sha256};
 
@@ -14,7 +15,7 @@ pub fn bounds(plan: &Plan) -> Vec<Option<Bound>> {
     let mut known = std::collections::BTreeMap::<[u8; 32], Bound>::new();
     let bound = |cell: &::campaign::Cell| {
         let world = cell.world().ok()?;
-        if !world.brief.is_of_hopper() || world.brief.patrol.is_some() {
+        if world.brief.account != Account::Hopper || world.brief.visits().is_some() {
             return None;
         }
         let states = (world.brief.grid.cells() as u64).checked_mul(world.brief.limits.steps_max)?;
@@ -22,7 +23,7 @@ pub fn bounds(plan: &Plan) -> Vec<Option<Bound>> {
             return None;
         }
         Some(*known.entry(key(&world)).or_insert_with(|| {
-            let bounds = clairvoyant::bounds(&world.brief, &world.terrain);
+            let bounds = clairvoyant::bounds(&world.brief.leg(0), &world.terrain);
             Bound { success: bounds.success, restricted_mean_steps: bounds.restricted_mean_steps }
         }))
     };
@@ -31,9 +32,9 @@ pub fn bounds(plan: &Plan) -> Vec<Option<Bound>> {
 
 /// What the bounds depend on: ground, way, motion and clock; neither weights nor profile.
 fn key(world: &ResolvedScenario) -> [u8; 32] {
-    let brief = &world.brief;
+    let leg = world.brief.leg(0);
     let mut hasher = Sha256::new();
-    let way = (brief.grid, brief.start, brief.goal, brief.motion, brief.limits.steps_max);
+    let way = (leg.grid, leg.start, leg.goal, leg.motion, leg.limits.steps_max);
     hasher.update(format!("{way:?}"));
     for ground in &world.terrain.cells {
         for value in [ground.gradient[0], ground.gradient[1]] {

@@ -12,11 +12,11 @@ impl Planner for MyPlanner {
     }
 
     fn plan(&mut self, situation: &Situation<'_>, _: &Budget) -> Plan {
-        let Situation { brief, map, state, .. } = *situation;
-        let target = |direction| brief.grid.hop(state.pose.cell, direction);
-        let distance = |direction| target(direction).distance_cells(brief.goal);
+        let (leg, Situation { map, state, .. }) = (situation.leg(), *situation);
+        let target = |direction| leg.grid.hop(state.pose.cell, direction);
+        let distance = |direction| target(direction).distance_cells(leg.goal);
         let is_open = |&direction: &Direction| {
-            brief.grid.contains(target(direction))
+            leg.grid.contains(target(direction))
                 && map.ground(target(direction)).is_none_or(|ground| ground.passable)
                 && !state.vetoed.has(Action::Hop(direction))
         };

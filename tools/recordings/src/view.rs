@@ -123,7 +123,7 @@ fn answer(
     for route in routes {
         history.on(Input::Route(&RoutePage { run: brief.run, route }), now);
     }
-    if brief.scout.is_none() {
+    if brief.sampling.is_none() {
         return Ok(());
     }
     if let Some((_, world)) = scenario_of(recording, &brief)? {
@@ -135,7 +135,10 @@ fn answer(
 
 #[cfg(test)]
 mod tests {
-    use contract::{Action, Brief, Decision, PastPage, Record, RouteRequest, RunId, Waypoint};
+    use contract::{
+        Action, Brief, Decision, Goal, LookAhead, PastPage, Record, Robot, Robots, RouteRequest, RunId,
+        Waypoint,
+    };
     use hostile::fixtures;
     use recording::{Context, Recorder};
 
@@ -154,7 +157,11 @@ mod tests {
             action: Action::Announce(route.id()),
             ..record
         });
-        let brief = Brief { robots: 2, ..fixtures::brief() };
+        let brief = fixtures::brief();
+        let first = brief.robots[0];
+        let goal = Goal::LookAhead(LookAhead {});
+        let robots = Robots::new(&[first, Robot { goal, required: false, ..first }]).unwrap();
+        let brief = Brief { robots, ..brief };
         let (run, robot, from) = (brief.run, RobotId(0), Decision(0));
         let past = PastPage { run, robot, from, records: announced.collect() };
         let mut recorder = Recorder::new(&Context::default(), MonotonicNs(1)).unwrap();

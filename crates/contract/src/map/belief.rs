@@ -1,6 +1,6 @@
 //! What planners assume about ground that has not been seen.
 
-use crate::{Brief, Cell, Ground, ObservedMap, Profile, Soil};
+use crate::{Cell, Ground, Leg, ObservedMap, Profile, Soil};
 
 /// The ground as far as it has been seen, and an assumption beyond.
 ///
@@ -19,10 +19,10 @@ pub struct Belief<'a> {
 }
 
 impl<'a> Belief<'a> {
-    /// The belief that follows from `map` under `brief`.
+    /// The belief that follows from `map` on `leg`.
     #[must_use]
-    pub fn new(brief: &Brief, map: &'a ObservedMap) -> Self {
-        let soil = match brief.profile {
+    pub fn new(leg: &Leg, map: &'a ObservedMap) -> Self {
+        let soil = match leg.profile {
             Profile::Hopper if 2 * map.sand_cells() > map.seen_cells() => Soil::Sand,
             Profile::Hopper | Profile::Paper2023 => Soil::Hard,
         };

@@ -25,7 +25,7 @@
 //! clock reaches 99.12 %, or 111.94 steps: `priced_time_leaves_nothing_for_a_clock_to_gain`, a
 //! test of the clairvoyant bounds. The rest is lost by not knowing the map.
 
-use crate::{Brief, Cell, Ground, ObservedMap, Profile, Range, Soil};
+use crate::{Cell, Ground, Leg, ObservedMap, Profile, Range, Soil};
 
 /// What a period costs in profile `hopper` besides the paper's D, in units of w3: as much as three times
 /// the distance from start to goal.
@@ -36,29 +36,29 @@ use crate::{Brief, Cell, Ground, ObservedMap, Profile, Range, Soil};
 /// It also sets the value of a treasure: one of payoff R is worth R / (w3 (3 − D)) periods of detour.
 pub const PERIOD_PRICE: f64 = 3.0;
 
-/// The payoff under one brief.
+/// The payoff on one leg.
 #[derive(Clone, Copy, Debug)]
 pub struct LandingPayoff<'a> {
-    brief: &'a Brief,
+    leg: &'a Leg,
     /// Distance at which D is −1, cells; 0 where every distance counts as none.
     scale_cells: f64,
 }
 
 impl<'a> LandingPayoff<'a> {
-    /// The payoff with the weights, ranges and profile of `brief`.
+    /// The payoff with the weights, ranges and profile of `leg`.
     #[must_use]
-    pub fn new(brief: &'a Brief) -> Self {
-        let reading = &brief.reading;
-        let start_to_goal = || reading.distance.cells(brief.start, brief.goal);
-        Self { brief, scale_cells: reading.distance_scale_cells.unwrap_or_else(start_to_goal) }
+    pub fn new(leg: &'a Leg) -> Self {
+        let reading = &leg.reading;
+        let start_to_goal = || reading.distance.cells(leg.start, leg.goal);
+        Self { leg, scale_cells: reading.distance_scale_cells.unwrap_or_else(start_to_goal) }
     }
 
     /// Payoff of landing on `cell`, whose ground is believed to be `ground`. The goal has its own payoff instead of the
     /// formula.
     #[must_use]
     pub fn of(&self, cell: Cell, ground: &Ground) -> f64 {
-        if cell == self.brief.goal {
-            return self.brief.payoff.goal;
+        if cell == self.leg.goal {
+            return self.leg.payoff.goal;
         }
         let [safety, information, distance] = self.terms(cell, ground);
         safety + information + distance
@@ -67,10 +67,10 @@ impl<'a> LandingPayoff<'a> {
     /// The weighted terms w1·S, w2·I and w3·D of landing on `cell`, also where the goal's payoff replaces their sum.
     #[must_use]
     pub fn terms(&self, cell: Cell, ground: &Ground) -> [f64; 3] {
-        let weights = &self.brief.weights;
+        let weights = &self.leg.weights;
         [
             weights.safety * self.safety(ground),
-            weights.information * self.brief.priors.height_m.normalise(ground.height_m),
+            weights.information * self.leg.priors.height_m.normalise(ground.height_m),
             weights.distance * self.distance(cell),
         ]
     }
@@ -78,14 +78,14 @@ impl<'a> LandingPayoff<'a> {
     /// What landing on `cell` pays in addition to [`LandingPayoff::of`]: the payoff of a treasure known to be there.
     #[must_use]
     pub fn of_treasure(&self, map: &ObservedMap, cell: Cell) -> f64 {
-        if map.treasures().contains(&cell) { self.brief.payoff.treasure } else { 0.0 }
+        if map.treasures().contains(&cell) { self.leg.payoff.treasure } else { 0.0 }
     }
 
     /// S, normalised to [0, 1] over the brief's range.
     fn safety(&self, ground: &Ground) -> f64 {
-        let range = self.brief.priors.safety;
-        let sand_term = self.brief.payoff.sand_term;
-        match self.brief.profile {
+        let range = self.leg.priors.safety;
+        let sand_term = self.leg.payoff.sand_term;
+        match self.leg.profile {
             Profile::Paper2023 => {
                 let term = if ground.soil == Soil::Sand { sand_term } else { 0.0 };
                 range.normalise(-ground.steepness() - term)
@@ -96,12 +96,12 @@ impl<'a> LandingPayoff<'a> {
 
     /// D: in the paper 0 at the goal, −1 as far away as the start.
     fn distance(&self, cell: Cell) -> f64 {
-        let period_price = match self.brief.profile {
+        let period_price = match self.leg.profile {
             Profile::Paper2023 => 0.0,
             Profile::Hopper => PERIOD_PRICE,
         };
         if self.scale_cells > 0.0 {
-            let distance_cells = self.brief.reading.distance.cells(cell, self.brief.goal);
+            let distance_cells = self.leg.reading.distance.cells(cell, self.leg.goal);
             -distance_cells / self.scale_cells - period_price
         } else {
             -period_price

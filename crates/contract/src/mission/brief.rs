@@ -6,10 +6,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::spelling::did_you_mean;
-use crate::{
-    Cell, Cover, Design, Grid, Mixed, MotionParameters, Name, Patrol, Reading, RobotId, RunId, Scout,
-    SensorParameters, Task,
-};
+use crate::{Account, Cell, Cover, Goal, Grid, Name, Reading, Robots, RunId, Sampling, Visit};
 
 /// Which reading of the model the mission follows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
@@ -124,7 +121,7 @@ pub struct Priors {
 /// When the mission is over, and how long a decision may take.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Limits {
-    /// Steps (the paper's count) after which the mission is a deadlock; a patrol has no such limit.
+    /// Steps (the paper's count) after which the mission is a deadlock; visits in turn have no such limit.
     pub steps_max: u64,
     /// Budget of one decision, landing to commit, nanoseconds.
     pub decision_budget_ns: u64,
@@ -157,128 +154,71 @@ pub struct Brief {
     pub scenario_hash: [u8; 32],
     /// Reading of the model.
     pub profile: Profile,
-    /// Robots of the mission, numbered from 0. In a hopper's mission robot 0 is the hopper, and all others are helicopters.
-    pub robots: u16,
     /// Lattice of the mission; every cell of the message lies on it.
     pub grid: Grid,
     /// Absolute elevation of height 0, metres.
     pub datum_m: f64,
-    /// Where the hopper starts.
-    pub start: Cell,
-    /// Where it shall go; on a patrol, first.
-    pub goal: Cell,
-    /// The goals to be visited in turn, if the mission is a patrol.
-    pub patrol: Option<Patrol>,
     /// How safety, information and distance are weighed.
     pub weights: Weights,
     /// What a period, the goal and a treasure are worth.
     pub payoff: Payoff,
     /// What an orbiter has measured of the whole map beforehand.
     pub priors: Priors,
-    /// How far a hop goes, and how it slips and drifts by soil; [`Brief::motion_of`] has that of each hopper.
-    pub motion: MotionParameters,
-    /// How far a hopper sees from a height; [`Brief::sensor_of`] has that of each.
-    pub sensor: SensorParameters,
     /// Steps of the mission, and time for a decision.
     pub limits: Limits,
     /// The guard in hopper-sim.
     pub guard: Guard,
     /// How the paper's open points are read.
     pub reading: Reading,
-    /// What rovers shall cover, if that is the mission. Then [`crate::Team`] has the robots, and start, goal, motion,
-    /// sensor and payoff, which are a hopper's, are not read.
+    /// What states of the mission tell, and what its limit counts.
+    pub account: Account,
+    /// What planners of routes are given, where robots drive over uncertain ground.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub cover: Option<Cover>,
-    /// What planners of routes are given, if a rover is to reach a goal over uncertain ground. The
-    /// robots, their starts and their goals are in [`crate::Team`].
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub scout: Option<Scout>,
-    /// Which robots decide the mission, if each has a task of its own. Then `cover` is what those rovers cover that have no goal,
-    /// `scout` is given if a rover drives to a goal, motion and sensor are those of hoppers without a design of their own, and the
-    /// payoff is that of all hoppers.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub mixed: Option<Mixed>,
+    pub sampling: Option<Sampling>,
+    /// Who flies: each robot's body, sensor, start and goal. A hopper alone is a team of one.
+    pub robots: Robots,
 }
 
 impl Brief {
-    /// What the mission is about.
-    #[must_use]
-    pub fn task(&self) -> Task {
-        match (self.mixed, self.scout, self.cover, self.patrol) {
-            (Some(mixed), ..) => Task::Mixed(mixed.required),
-            (None, Some(scout), ..) => Task::Scout(scout),
-            (None, None, Some(cover), _) => Task::Cover(cover),
-            (None, None, None, _) if self.robots > 1 => Task::Accompany,
-            (None, None, None, Some(_)) => Task::Patrol,
-            (None, None, None, None) => Task::Reach,
-        }
-    }
-
-    /// Whether the mission is a hopper's, alone or with helicopters. Start, goal, motion, sensor and payoff are read only then.
-    #[must_use]
-    pub fn is_of_hopper(&self) -> bool {
-        self.cover.is_none() && self.scout.is_none() && self.mixed.is_none()
-    }
-
-    /// Whether the mission has a goal, or goals one after another. Robots that cover ground have none, and those of a mixed mission one
-    /// each.
-    #[must_use]
-    pub fn has_common_goal(&self) -> bool {
-        self.cover.is_none() && self.mixed.is_none()
-    }
-
     /// Whether states come with a [`crate::Team`]: always but for a hopper that is alone.
     #[must_use]
     pub fn has_team(&self) -> bool {
-        !self.is_of_hopper() || self.robots > 1
+        self.account != Account::Hopper || self.robots.count() > 1
     }
 
     /// Whether robots announce routes.
     #[must_use]
     pub fn has_routes(&self) -> bool {
-        self.mixed.is_some() || self.cover.is_none() && self.has_team()
+        self.robots.iter().any(|robot| robot.body.along_route().is_some())
     }
 
-    fn design_of(&self, robot: RobotId) -> Option<&Design> {
-        self.mixed.as_ref().and_then(|mixed| mixed.designs.of(robot))
-    }
-
-    /// How the hopper `robot` hops.
+    /// How much ground rovers shall cover, if any shall.
     #[must_use]
-    pub fn motion_of(&self, robot: RobotId) -> &MotionParameters {
-        self.design_of(robot).map_or(&self.motion, |design| &design.motion)
+    pub fn cover(&self) -> Option<Cover> {
+        self.robots.iter().find_map(|robot| match robot.goal {
+            Goal::Cover(cover) => Some(cover),
+            _ => None,
+        })
     }
 
-    /// How far the hopper `robot` sees.
+    /// The goal of robot 0 after so many visits, if it is one cell after another.
     #[must_use]
-    pub fn sensor_of(&self, robot: RobotId) -> &SensorParameters {
-        self.design_of(robot).map_or(&self.sensor, |design| &design.sensor)
+    pub fn goal_after(&self, visits: u64) -> Option<Cell> {
+        self.robots[0].goal.cell(&self.grid, visits)
     }
 
-    /// The brief as it is for the hopper `robot`: with its own motion and sensor.
-    #[must_use]
-    pub fn for_hopper(&self, robot: RobotId) -> Brief {
-        Brief { motion: *self.motion_of(robot), sensor: *self.sensor_of(robot), ..*self }
-    }
-
-    /// The brief of the leg that is flown after so many visits: from the goal visited last to the goal in
-    /// force. To whoever plans, a leg is a mission like any other. Without a patrol it is the brief itself.
-    #[must_use]
-    pub fn leg(&self, visits: u64) -> Brief {
-        let Some(patrol) = &self.patrol else { return *self };
-        let start = visits.checked_sub(1).map_or(self.start, |last| patrol.goal(last));
-        Brief { start, goal: patrol.goal(visits), ..*self }
-    }
-
-    /// The goal in force after so many visits: that of [`Brief::leg`].
-    #[must_use]
-    pub fn goal_after(&self, visits: u64) -> Cell {
-        self.patrol.as_ref().map_or(self.goal, |patrol| patrol.goal(visits))
-    }
-
-    /// Whether landing on `cell` after so many visits is another: nobody visits a goal out of turn.
+    /// Whether landing on `cell` after so many visits of robot 0 is another: nobody visits a goal out of turn.
     #[must_use]
     pub fn is_visit(&self, visits: u64, cell: Cell) -> bool {
-        cell == self.goal_after(visits)
+        self.goal_after(visits) == Some(cell)
+    }
+
+    /// The goals that a hopper visits in turn, if the mission is that.
+    #[must_use]
+    pub fn visits(&self) -> Option<&Visit> {
+        match &self.robots[0].goal {
+            Goal::Visit(visit) if self.account == Account::Hopper => Some(visit),
+            _ => None,
+        }
     }
 }

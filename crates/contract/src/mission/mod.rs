@@ -1,8 +1,13 @@
-//! What a mission is about, before it begins: its brief, its task, and how time passes in it.
+//! What a mission is about, before it begins: its brief with its robots, and how time passes in it.
 
+pub mod account;
+pub mod body;
 pub mod brief;
-pub mod design;
+pub mod goal;
+pub mod kind;
+pub mod leg;
 pub mod pace;
-pub mod patrol;
 pub mod reading;
-pub mod task;
+pub mod robot;
+pub mod sampling;
+pub mod sensor;

@@ -1,4 +1,5 @@
-//! The robots of a mission that is not a single hopper's: what each of them is, where it stands, who commands it.
+//! The robots of a mission that is not a single hopper's, at one decision: where each of them stands, who commands it. What they
+//! are stands in [`crate::Brief::robots`].
 //!
 //! A decision of such a mission is the turn of one robot. [`crate::State`] tells of the robot that acted last; a [`Team`],
 //! published with it, of all of them. In a hopper's mission pose, steps, visits and treasures of a state are the hopper's,
@@ -11,189 +12,9 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use crate::{
-    Action, Brief, Cell, Decision, Digest, Direction, Incarnation, Leader, RobotId, RobotSet, Route, RouteId,
-    RunId, State, Task, Waypoint,
+    Decision, Digest, Incarnation, Leader, Placement, Robot, RobotId, RobotSet, Route, RouteId, RunId, State,
+    Waypoint,
 };
-
-/// The body of a robot, with what its actions depend on.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Vehicle {
-    /// Drives to one of the four neighbouring cells at a time.
-    Rover {
-        /// Speed on level ground, m/s.
-        speed_mps: f64,
-    },
-    /// A rover that drives from point to point, as fast as the ground lets it.
-    Driver {
-        /// Where it begins.
-        start: Waypoint,
-        /// Where it is to go.
-        goal: Waypoint,
-        /// How near to the goal is near enough, metres.
-        goal_radius_m: f64,
-    },
-    /// Flies from point to point, above all others.
-    Helicopter {
-        /// Where it begins.
-        start: Waypoint,
-        /// Speed over ground, m/s.
-        speed_mps: f64,
-        /// How far it flies in all, metres.
-        budget_m: f64,
-    },
-    /// Hops to one of four cells at a time, from and to where the brief says.
-    Hopper,
-    /// Hops to one of four cells at a time, to a goal of its own: a hopper of a mixed mission.
-    HopperTo {
-        /// Where it is to go.
-        goal: Cell,
-    },
-}
-
-impl Vehicle {
-    /// Where it begins, if it goes from point to point.
-    #[must_use]
-    pub fn start(&self) -> Option<Waypoint> {
-        match *self {
-            Vehicle::Rover { .. } | Vehicle::Hopper | Vehicle::HopperTo { .. } => None,
-            Vehicle::Driver { start, .. } | Vehicle::Helicopter { start, .. } => Some(start),
-        }
-    }
-
-    /// Whether it hops.
-    #[must_use]
-    pub fn hops(&self) -> bool {
-        matches!(self, Vehicle::Hopper | Vehicle::HopperTo { .. })
-    }
-
-    /// Where it hops, if it has a goal of its own.
-    #[must_use]
-    pub fn hop_goal(&self) -> Option<Cell> {
-        let Vehicle::HopperTo { goal } = *self else { return None };
-        Some(goal)
-    }
-
-    /// Whether it takes up the cell that it is on, which helicopters do not: they fly above all others.
-    #[must_use]
-    pub fn is_on_ground(&self) -> bool {
-        !matches!(self, Vehicle::Helicopter { .. })
-    }
-
-    /// The action by which it goes on along its route, if it has routes.
-    #[must_use]
-    pub fn along_route(&self) -> Option<Action> {
-        match self {
-            Vehicle::Rover { .. } | Vehicle::Hopper | Vehicle::HopperTo { .. } => None,
-            Vehicle::Driver { .. } => Some(Action::Drive),
-            Vehicle::Helicopter { .. } => Some(Action::Fly),
-        }
-    }
-}
-
-impl Brief {
-    /// The tasks that robots of this mission may have: that of the mission, unless each robot has its own.
-    #[must_use]
-    pub fn tasks(&self) -> Vec<Task> {
-        match self.mixed {
-            None => vec![self.task()],
-            Some(_) => {
-                let (cover, scout) = (self.cover.map(Task::Cover), self.scout.map(Task::Scout));
-                [Some(Task::Reach), cover, scout, Some(Task::Accompany)].into_iter().flatten().collect()
-            }
-        }
-    }
-
-    /// The tasks that a planner of such a robot may have in this mission, the usual one first: that of the mission, unless each
-    /// robot has its own. A helicopter of a mixed mission looks ahead for rovers with a goal, if there are any, or for
-    /// hoppers.
-    #[must_use]
-    pub fn tasks_of(&self, vehicle: Option<Vehicle>) -> Vec<Task> {
-        let scout = || self.scout.map(Task::Scout);
-        match (self.mixed, vehicle) {
-            (None, _) | (Some(_), None) => vec![self.task()],
-            (Some(_), Some(Vehicle::Hopper | Vehicle::HopperTo { .. })) => vec![Task::Reach],
-            (Some(_), Some(Vehicle::Rover { .. })) => self.cover.map(Task::Cover).into_iter().collect(),
-            (Some(_), Some(Vehicle::Driver { .. })) => scout().into_iter().collect(),
-            (Some(_), Some(Vehicle::Helicopter { .. })) => {
-                scout().into_iter().chain([Task::Accompany]).collect()
-            }
-        }
-    }
-}
-
-/// What a robot sees of the ground around it.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Sensor {
-    /// The cells at most `range_cells` columns and rows away: 3 × 3 cells for 1.
-    Square {
-        /// 1 to [`Sensor::RANGE_MAX_CELLS`].
-        range_cells: u32,
-    },
-    /// The cells that it drives over.
-    Track,
-    /// The cells whose middle is at most `radius_m` from its way: what a camera shows that looks down in flight.
-    Camera {
-        /// Above 0, at most [`Sensor::RADIUS_MAX_M`].
-        radius_m: f64,
-    },
-    /// A disc that grows with the height: [`crate::SensorParameters`] of the brief.
-    Disc,
-    /// As a camera, but what it reads of a cell's speed may be wrong: partial observation (Folsom et al. 2021, eqs 13 to 16).
-    ErringCamera {
-        /// Above 0, at most [`Sensor::RADIUS_MAX_M`].
-        radius_m: f64,
-        /// Probability that it reads the true speed, 0 to 1; the other three are equally likely.
-        accuracy: f64,
-    },
-}
-
-impl Sensor {
-    /// Farthest that a camera sees, metres.
-    pub const RADIUS_MAX_M: f64 = 1000.0;
-
-    /// Farthest that a sensor of square view sees, cells.
-    pub const RANGE_MAX_CELLS: u32 = 64;
-
-    /// How far a camera sees to each side of its way, metres; `None` of other sensors.
-    #[must_use]
-    pub fn view_m(self) -> Option<f64> {
-        match self {
-            Sensor::Camera { radius_m } | Sensor::ErringCamera { radius_m, .. } => Some(radius_m),
-            Sensor::Square { .. } | Sensor::Track | Sensor::Disc => None,
-        }
-    }
-
-    /// How likely a camera that errs reads the true speed of a cell; `None` of other sensors.
-    #[must_use]
-    pub fn accuracy(self) -> Option<f64> {
-        match self {
-            Sensor::ErringCamera { accuracy, .. } => Some(accuracy),
-            _ => None,
-        }
-    }
-}
-
-/// A cell, and the direction in which a robot faces there.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Placement {
-    /// On the grid.
-    pub cell: Cell,
-    /// The direction of the last step, or that of the start.
-    pub heading: Direction,
-}
-
-/// What is known of a robot before the mission.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Robot {
-    /// Kind, with its speed and its limits.
-    pub vehicle: Vehicle,
-    /// What it sees of the cells around it.
-    pub sensor: Sensor,
-    /// Where it begins. No two ground robots begin on one cell.
-    pub start: Placement,
-}
 
 /// Whether a robot takes turns.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
@@ -241,8 +62,6 @@ impl fmt::Display for Standing {
 /// A robot at one decision.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Member {
-    /// As in the scenario; the same all mission long.
-    pub robot: Robot,
     /// Cell and heading after its last action.
     pub at: Placement,
     /// From when on it is ready to act, nanoseconds of simulated time since the mission began.
@@ -264,9 +83,8 @@ pub struct Member {
 impl Member {
     /// A robot before its first action, which nobody commands; of one that goes from point to point, without its way.
     #[must_use]
-    pub fn at_start(robot: Robot) -> Self {
+    pub fn at_start(robot: &Robot) -> Self {
         Self {
-            robot,
             at: robot.start,
             ready_at_ns: 0,
             standing: Standing::Active,
@@ -374,8 +192,8 @@ impl Team {
     #[must_use]
     pub fn of_its_past(&self) -> Self {
         let member = |member: &Member| {
-            let Member { robot, at, ready_at_ns, standing, waits, leader: _, last, travel } = *member;
-            Member { robot, at, ready_at_ns, standing, waits, leader: Leader::default(), last, travel }
+            let Member { at, ready_at_ns, standing, waits, leader: _, last, travel } = *member;
+            Member { at, ready_at_ns, standing, waits, leader: Leader::default(), last, travel }
         };
         let Self { run, decision, digest, due, actor, ref members } = *self;
         Self { run, decision, digest, due, actor, members: members.iter().map(member).collect() }

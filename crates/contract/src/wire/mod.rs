@@ -10,8 +10,9 @@
 //! All of this follows from one declaration a field, by the macro `wire!` of `declaration.rs`: its reason, its type, and
 //! its range by a codec of `codec/`. `docs/messages.md` lists them. A field `reserved` is written as 0 and not read.
 
+mod block;
 mod brief;
-mod codec;
+pub(crate) mod codec;
 mod command;
 mod control;
 mod declaration;
@@ -21,6 +22,7 @@ mod map;
 mod past;
 mod policy;
 mod prior;
+mod robot;
 mod route;
 mod state;
 mod team;
@@ -28,7 +30,8 @@ mod team;
 mod tests;
 mod truth;
 
-pub use brief::{BriefV9, DesignV1, SoilMotionV1};
+pub use block::{Block, InBlock, KindInBlock};
+pub use brief::{BriefV10, brief_from_wire};
 pub use command::CommandV3;
 pub use control::{ControlV1, TempoV1};
 pub use ground::GroundV2;
@@ -37,11 +40,12 @@ pub use map::{MapPageV2, MapPatchV2, MapRequestV1, SeenCellV3, map_page_from_wir
 pub use past::{PastHeaderV1, PastRequestV1, RecordV4, page_from_wire};
 pub use policy::{PolicyCellV1, PolicyHeaderV1, policy_from_wire};
 pub use prior::{PriorCellV1, PriorPageV1, PriorRequestV1, prior_page_from_wire};
+pub use robot::RobotV1;
 pub use route::{
     AnnouncementV1, RoutePageV1, RouteRequestV1, WaypointV1, announcement_from_wire, route_page_from_wire,
 };
 pub use state::StateV4;
-pub use team::{MemberV5, TeamHeaderV1, team_from_wire};
+pub use team::{MemberV6, TeamHeaderV1, team_from_wire};
 pub use truth::{TruthPageV1, TruthRequestV1, truth_page_from_wire};
 
 pub use crate::field::Field;

@@ -7,9 +7,9 @@ use std::fmt::Write as _;
 use bytemuck::Zeroable;
 
 use super::*;
-use crate::limits::{GOALS_MAX, TREASURES_MAX};
+use crate::limits::TREASURES_MAX;
 use crate::message::{Message, Request};
-use crate::{Ground, Member, PolicyCell, PriorCell, Record, SeenCell, SoilMotion};
+use crate::{Account, Body, Goal, Ground, Member, PolicyCell, PriorCell, Record, Robot, SeenCell, Sensor};
 
 /// A wire type by what its declaration says.
 struct Described {
@@ -47,7 +47,6 @@ fn all() -> Vec<Described> {
     let mut types = Types(Vec::new());
     visit(&mut types);
     types.0.extend([described::<LeaderV1>(), described::<PoseV1>(), described::<OutcomeV1>()]);
-    types.0.extend([described::<SoilMotionV1>(), described::<DesignV1>()]);
     types.0
 }
 
@@ -79,6 +78,20 @@ fn the_reference_has_every_field_with_its_range_and_its_reason() {
         for Field { name, layout, range, reason, .. } in fields {
             let reason = without_links(reason).replace('|', "\\|");
             writeln!(section, "| `{name}` | `{layout}` | {range} | {reason} |").unwrap();
+        }
+    }
+    for (family, kinds) in
+        [("bodies", Body::described()), ("sensors", Sensor::described()), ("goals", Goal::described())]
+    {
+        write!(section, "\n### Blocks of {family}\n\n").unwrap();
+        section.push_str(
+            "| kind | number | parameter | accepted | what it is |\n| --- | --- | --- | --- | --- |\n",
+        );
+        for KindInBlock { code, name, what, parameters } in kinds {
+            writeln!(section, "| {code} `{name}` | | | | {what} |").unwrap();
+            for InBlock { name: parameter, at, reason, range } in parameters {
+                writeln!(section, "| `{name}` | {at} | `{parameter}` | {range} | {reason} |").unwrap();
+            }
         }
     }
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/messages.md");
@@ -205,38 +218,116 @@ fn every_field_is_accepted_just_inside_of_its_range_and_refused_just_outside() {
     header(lowest::<AnnouncementV1>(), |wire| announcement_from_wire(wire, &[WaypointV1::zeroed()]));
     header(lowest::<RoutePageV1>(), |wire| route_page_from_wire(wire, &[WaypointV1::zeroed()]));
     header(lowest::<WaypointV1>(), |wire| route_page_from_wire(&lowest(), &[*wire]));
-    let member = |vehicle, sensor| MemberV5 { vehicle, sensor, halts: 0, halted: 0, ..lowest() };
-    let stages = MemberV5 { halts: 1, halted: 1, ..member(3, 5) };
-    fixed::<_, Member>(&[member(1, 1), member(2, 2), member(3, 3), member(4, 4), member(5, 5), stages]);
-    header(lowest::<TeamHeaderV1>(), |wire| team_from_wire(wire, &[member(1, 1)]));
+    let rests = MemberV6 { halts: 0, halted: 0, travels: 0, ..lowest() };
+    let stages = MemberV6 { halts: 1, halted: 1, travels: 1, ..lowest() };
+    fixed::<_, Member>(&[rests, MemberV6 { halts: 0, halted: 0, ..stages }, stages]);
+    header(lowest::<TeamHeaderV1>(), |wire| team_from_wire(wire, &[rests]));
     the_brief_holds();
     let all: BTreeSet<&str> = all().iter().map(|described| described.name).collect();
     assert_eq!(TESTED.take(), all, "types that are tested, and all types");
 }
 
-/// The scatter of a soil, a design and a brief, whose fields depend on each other.
+/// The brief and its robots, whose fields depend on each other.
 fn the_brief_holds() {
-    let soil = SoilMotionV1 { flights: 1, ..Zeroable::zeroed() };
-    let hard = SoilMotionV1 { intended: 1.0, ..soil };
-    let soils = [hard, SoilMotionV1 { stuck: 1.0, ..soil }, SoilMotionV1 { sideways: 0.5, ..soil }];
-    holds(&soils, "field motion.sum", |wire| SoilMotion::try_from(wire));
-    let patrol = BriefV9 {
+    let (body, sensor, goal) =
+        (Body::Rover(Default::default()), Sensor::Track(Default::default()), Goal::Cover(Default::default()));
+    let [body, sensor, goal] = [body.to_block().0, sensor.to_block().0, goal.to_block().0];
+    let mut rover = RobotV1 { body, sensor, goal, required: 1, start: [0, 0], ..lowest() };
+    (rover.body_values[0], rover.goal_values[0]) = (1.0, 100.0);
+    fixed::<_, Robot>(&[rover]);
+    let alone = BriefV10 {
         width: 20,
         height: 10,
-        hard,
-        sand: hard,
-        goals: std::array::from_fn(|x| [x as i32, 0]),
+        account: Account::Actions.code(),
         rover_samples: 0,
         helicopter_samples: 0,
         ..lowest()
     };
-    let alone = BriefV9 { goals: [[0; 2]; GOALS_MAX], goal_count: 0, hops_max: 0, ..patrol };
-    let scout = BriefV9 { rover_samples: 1, helicopter_samples: 1, ..alone };
-    fixed::<_, Brief>(&[alone, patrol, scout]);
-    let mixed = BriefV9 { required: 1, ..alone };
-    holds(&[DesignV1 { robots: 1, hard, sand: hard, ..lowest() }], "field of its own", |wire| {
-        let mut brief = mixed;
-        brief.designs[0] = *wire;
-        Brief::try_from(&brief)
+    let sampled = BriefV10 { rover_samples: 1, helicopter_samples: 1, ..alone };
+    // In the first cell of any grid.
+    let hopper =
+        RobotV1::from(&Robot { goal: Goal::Reach(Default::default()), ..samples::brief().robots[0] });
+    holds(&[alone, sampled], "field of its own", |wire| {
+        let is_of_hopper = wire.account == Account::Hopper.code();
+        brief_from_wire(wire, &[if is_of_hopper { hopper } else { rover }])
     });
+}
+
+/// P-BRIEF-ROBOTS: A brief whose robots cannot be those of one mission is refused by what is wrong with them.
+#[test]
+fn robots_that_do_not_go_together_are_refused() {
+    let brief = samples::brief();
+    let wire = (BriefV10::from(&brief), RobotV1::from(&brief.robots[0]));
+    assert_eq!(brief_from_wire(&wire.0, &[wire.1]).unwrap(), brief);
+    let helicopter = RobotV1 { required: 0, ..RobotV1::from(&samples::helicopter(&brief)) };
+    let driver = RobotV1::from(&samples::driver(&brief));
+    let off = RobotV1 { start: [99, 0], ..wire.1 };
+    let idle = RobotV1 { required: 0, ..wire.1 };
+    let actions = BriefV10 { account: Account::Actions.code(), ..wire.0 };
+    let cases: [(&str, BriefV10, Vec<RobotV1>); 7] = [
+        ("field brief.robots needs 1 to 16, got 0", wire.0, vec![]),
+        ("field brief.robots needs 1 to 16, got 17", wire.0, vec![wire.1; 17]),
+        ("field robot.start needs a cell on the grid", wire.0, vec![off]),
+        ("field robot.required", wire.0, vec![idle, helicopter]),
+        ("field brief.account", wire.0, vec![wire.1, wire.1]),
+        ("field brief.account", wire.0, vec![helicopter, wire.1]),
+        ("field brief.sampling.rover_samples", actions, vec![driver]),
+    ];
+    assert!(brief_from_wire(&wire.0, &[wire.1, helicopter]).is_ok());
+    for (need, header, robots) in cases {
+        let refusal = brief_from_wire(&header, &robots).unwrap_err().to_string();
+        assert!(refusal.starts_with(need), "{need}: {refusal}");
+    }
+}
+
+/// Robots, and the brief of a hopper alone.
+mod samples {
+    use super::*;
+    use crate::{
+        Camera, Driver, GradientSource, Helicopter, LookAhead, MotionParameters, Reach, SensorParameters,
+        SoilMotion,
+    };
+
+    pub fn brief() -> Brief {
+        let grid = Grid::new(20, 10, 1.0, 1).unwrap();
+        let soil = SoilMotion { intended: 0.8, stuck: 0.1, sideways: 0.05, flights: 1 };
+        let motion = MotionParameters {
+            hard: soil,
+            sand: soil,
+            slope_limit_rad: 0.5,
+            launch_angle_rad: 0.8,
+            gravity_mps2: 3.72,
+        };
+        let gradient = GradientSource::Measured;
+        let sensor =
+            SensorParameters { gain: 2.0, offset_m: 1.0, radius_min_m: 1.0, radius_max_m: 9.0, gradient };
+        let hopper = Robot::hopper(&grid, motion, sensor, [Cell::new(0, 0), Cell::new(19, 9)]);
+        let header = BriefV10 {
+            width: 20,
+            height: 10,
+            cell_size_m: 1.0,
+            account: 1,
+            rover_samples: 0,
+            helicopter_samples: 0,
+            ..lowest()
+        };
+        brief_from_wire(&header, &[RobotV1::from(&hopper)]).unwrap()
+    }
+
+    pub fn helicopter(brief: &Brief) -> Robot {
+        Robot {
+            body: Body::Helicopter(Helicopter { speed_mps: 5.0, budget_m: 300.0 }),
+            sensor: Sensor::Camera(Camera { radius_m: 25.0 }),
+            goal: Goal::LookAhead(LookAhead {}),
+            ..brief.robots[0]
+        }
+    }
+
+    pub fn driver(brief: &Brief) -> Robot {
+        Robot {
+            body: Body::Driver(Driver {}),
+            goal: Goal::Reach(Reach::cell(&brief.grid, Cell::new(9, 9))),
+            ..brief.robots[0]
+        }
+    }
 }

@@ -1,6 +1,6 @@
 //! Expected speeds of uncertain ground as points, and their spread beside them.
 
-use contract::{MonotonicNs, ObservedMap, PriorCell, Team};
+use contract::{MonotonicNs, ObservedMap, PriorCell, Robot};
 use report::picture::colour;
 use speed_layer::{SPEED_MAX_M_PER_SOL, SPREAD_MAX_M_PER_SOL, SpeedEstimate, SpeedLayer};
 
@@ -29,10 +29,10 @@ pub(super) enum Quantity {
 }
 
 impl Speeds {
-    /// The layer of a whole prior, with the cameras of `team`.
-    pub fn new(prior: &[PriorCell], team: &Team) -> Self {
+    /// The layer of a whole prior, with the cameras of `robots`.
+    pub fn new(prior: &[PriorCell], robots: &[Robot]) -> Self {
         let heights_m = prior.iter().map(|cell| cell.height_m).collect();
-        Self { layer: SpeedLayer::new(prior, &team.members), heights_m }
+        Self { layer: SpeedLayer::new(prior, robots), heights_m }
     }
 
     /// The middle of every cell, with `speed` and `spread` in whole m/Sol, and `seen` 0 or 1.
@@ -70,7 +70,7 @@ impl Quantity {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use contract::{Digest, DriveSpeed, Grid, Ground, RobotId, RunId, SpeedPrior};
+    use contract::{DriveSpeed, Grid, Ground, RobotId, RunId, SpeedPrior};
 
     /// P-VIEWERS-SPEED: Recordings show every cell of uncertain ground with its expected speed, and
     /// the spread beside the map.
@@ -81,15 +81,7 @@ mod tests {
         let prior = [PriorCell { speeds, height_m: 1.0 }; 2];
         let mut map = ObservedMap::unseen(RunId(1), RobotId(0), grid);
         map.learn(1, Ground { speed: Some(DriveSpeed::Medium), ..Ground::FLAT });
-        let team = Team {
-            run: RunId(1),
-            decision: contract::Decision(0),
-            digest: Digest::default(),
-            due: RobotId(0),
-            actor: None,
-            members: [].into(),
-        };
-        let drawn = Speeds::new(&prior, &team);
+        let drawn = Speeds::new(&prior, &[]);
         for (quantity, east_m, ramp, shares) in [
             (Quantity::Speed, 0.0, &colour::SPEEDS[..], [0.5, 0.75]),
             (Quantity::Spread, 22.0, &colour::SPREADS[..], [1.0, 0.0]),

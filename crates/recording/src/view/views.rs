@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 
 use contract::{
-    Announcement, Brief, Cell, MonotonicNs, ObservedMap, Policy, PriorCell, Record, RobotId, Route, State,
-    Team, Vehicle, Waypoint,
+    Account, Announcement, Brief, Cell, Goal, MonotonicNs, ObservedMap, Policy, PriorCell, Record, Robot,
+    RobotId, Route, State, Team, Waypoint,
 };
 use prost::Message as _;
 use report::picture::colour;
@@ -41,7 +41,7 @@ pub struct Views {
     trails: BTreeMap<RobotId, Trail>,
     routes: BTreeMap<RobotId, Route>,
     policy: Option<Policy>,
-    /// The prior of uncertain ground, until the robots are known too.
+    /// The prior of uncertain ground, until the map is known too.
     prior: Vec<PriorCell>,
     speeds: Option<Speeds>,
     /// Where the robot of the last state was, and its goals visited.
@@ -168,9 +168,9 @@ impl Views {
     /// Expected speeds and their spread, if they are due. Every cell has them, so on large maps they are seldom drawn.
     fn speeds(&mut self, map: &ObservedMap, now: MonotonicNs, ends: bool) -> Vec<ViewMessage> {
         if self.prior.len() == map.grid.cells()
-            && let Some(team) = &self.team
+            && let Some(brief) = &self.brief
         {
-            self.speeds = Some(Speeds::new(&self.prior, team));
+            self.speeds = Some(Speeds::new(&self.prior, &brief.robots));
             (self.prior, self.speed.has_changed) = (Vec::new(), true);
         }
         let Some(speeds) = &self.speeds else { return Vec::new() };
@@ -201,7 +201,8 @@ impl Views {
         let height_m = marker_m(brief);
         let mut cloud = Cloud::default();
         for (robot, place) in &self.places {
-            let lift_m = if self.flies(*robot) { height_m } else { 0.0 };
+            let flies = brief.robots.at(*robot).is_some_and(|robot| !robot.body.is_on_ground());
+            let lift_m = if flies { height_m } else { 0.0 };
             markers::robot(&mut cloud, Point { z: place.z + lift_m, ..*place }, robot.0, height_m);
         }
         let here = self.places.values().next().map_or(0.0, |place| place.z);
@@ -213,22 +214,16 @@ impl Views {
 
     /// Where the mission is to go; rovers that cover ground have no such place.
     fn goals(&self, brief: &Brief) -> Vec<Point> {
-        if brief.is_of_hopper() {
-            return vec![middle(brief, brief.goal_after(self.visits), 0.0)];
+        if brief.account == Account::Hopper {
+            let goal = brief.robots[0].goal.cell(&brief.grid, self.visits);
+            return goal.into_iter().map(|goal| middle(brief, goal, 0.0)).collect();
         }
-        let members = self.team.iter().flat_map(|team| team.members.iter());
-        members
-            .filter_map(|member| match member.robot.vehicle {
-                Vehicle::Driver { goal, .. } => Some(at(goal)),
-                Vehicle::HopperTo { goal } => Some(middle(brief, goal, 0.0)),
-                Vehicle::Rover { .. } | Vehicle::Helicopter { .. } | Vehicle::Hopper => None,
-            })
-            .collect()
-    }
-
-    fn flies(&self, robot: RobotId) -> bool {
-        let member = self.team.as_ref().and_then(|team| team.member(robot));
-        member.is_some_and(|member| matches!(member.robot.vehicle, Vehicle::Helicopter { .. }))
+        let goals = |robot: &Robot| match &robot.goal {
+            Goal::Reach(reach) => vec![at(reach.at)],
+            Goal::Visit(visit) => visit.goals().iter().map(|goal| middle(brief, *goal, 0.0)).collect(),
+            Goal::Cover(_) | Goal::LookAhead(_) => Vec::new(),
+        };
+        brief.robots.iter().flat_map(goals).collect()
     }
 
     fn route(&self, now: MonotonicNs) -> Vec<u8> {

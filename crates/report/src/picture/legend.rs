@@ -1,6 +1,6 @@
 //! The legend of a picture.
 
-use contract::{Branch, Direction, RobotId, Vehicle};
+use contract::{Branch, Direction};
 
 use super::colour;
 use super::mission::{Picture, is_slip};
@@ -8,6 +8,7 @@ use super::quiver::arrow;
 use super::svg_writer::{Number, SvgWriter};
 use super::symbols::{TreasureState, dot, goal, hopper, start, treasure};
 use super::tile_map::{Tile, TileMap};
+use crate::RobotKind;
 
 const ENTRY_WIDTH: f64 = 228.0;
 const ENTRY_HEIGHT: f64 = 25.0;
@@ -27,7 +28,7 @@ fn entry(words: impl Into<String>, swatch: impl Fn(f64, f64) -> String + 'static
 
 /// The entries for the elements that `picture` shows.
 pub fn entries(picture: &Picture<'_>, tiles: &TileMap) -> Vec<Entry> {
-    if !picture.brief.is_of_hopper() {
+    if !picture.is_of_hopper() {
         return team_entries(picture, tiles);
     }
     let mut entries = vec![
@@ -60,7 +61,7 @@ pub fn entries(picture: &Picture<'_>, tiles: &TileMap) -> Vec<Entry> {
     if took(|branch| branch == Branch::Stayed) {
         entries.push(entry("stray hop, got nowhere", |x, y| dot(x, y, 6.0, "#fff", colour::STRAY)));
     }
-    entries.extend((1..picture.brief.robots).map(|robot| robot_entry(robot, "helicopter")));
+    entries.extend(robot_entries(picture).skip(1));
     entries.extend(ground_entries(tiles));
     if picture.policy.is_some() {
         entries.push(entry("policy N, S, E, W", compass));
@@ -73,32 +74,32 @@ fn team_entries(picture: &Picture<'_>, tiles: &TileMap) -> Vec<Entry> {
     if !picture.speeds.is_empty() {
         return scout_entries(picture, tiles);
     }
-    let robots = (0..picture.brief.robots).map(|robot| robot_entry(robot, "robot"));
+    let robots = (0..picture.brief.robots.count()).map(|robot| robot_entry(robot, "robot"));
     let visited = entry("visited, darker the more often", |x, y| {
         patch(x, y, &colour::height(0.5), "") + &patch(x, y, colour::ROUTE, " fill-opacity=\".4\"")
     });
     robots.chain([visited]).chain(ground_entries(tiles)).collect()
 }
 
-/// The entries of a picture of a rover with helicopters.
+/// The entries of a picture of robots on uncertain ground.
 fn scout_entries(picture: &Picture<'_>, tiles: &TileMap) -> Vec<Entry> {
-    let noun = |robot: u16| match picture.members.get(usize::from(robot)).map(|member| member.robot.vehicle) {
-        Some(Vehicle::Helicopter { .. }) => "helicopter",
-        Some(Vehicle::Hopper | Vehicle::HopperTo { .. }) => "hopper",
-        Some(Vehicle::Rover { .. } | Vehicle::Driver { .. }) => "rover",
-        None => "robot",
-    };
     let mut entries = vec![entry("start", |x, y| start(x, y, 7.0)), entry("goal", |x, y| goal(x, y, 7.0))];
-    entries.extend((0..picture.brief.robots).map(|robot| robot_entry(robot, noun(robot))));
+    entries.extend(robot_entries(picture));
     entries.push(entry("travelled", |x, y| stroke(x, y, "#111", "")));
     entries.push(entry("announced", |x, y| stroke(x, y, "#111", " stroke-dasharray=\"5 7\"")));
-    if (0..picture.brief.robots).any(|robot| picture.view_m(RobotId(robot)).is_some()) {
+    if picture.brief.robots.iter().any(|robot| robot.sensor.view_m().is_some()) {
         entries.push(entry("field of view", |x, y| dot(x, y, 8.0, "none", &colour::robot(1))));
     }
     if tiles.tiles().iter().any(|tile| !tile.seen) {
         entries.push(entry("not seen, as expected before", unseen));
     }
     entries
+}
+
+/// An entry a robot, in the order of their numbers.
+fn robot_entries(picture: &Picture<'_>) -> impl Iterator<Item = Entry> {
+    let robots = picture.brief.robots.numbered();
+    robots.map(|(number, robot)| robot_entry(number.0, RobotKind::from(robot.body).as_str()))
 }
 
 fn robot_entry(robot: u16, noun: &str) -> Entry {

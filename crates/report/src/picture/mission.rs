@@ -4,8 +4,8 @@ use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
 use contract::{
-    Action, Branch, Brief, Cell, Decision, Direction, Ground, Member, ObservedMap, PolicyCell, Range, Record,
-    RobotId, Route,
+    Account, Action, Branch, Brief, Cell, Decision, Direction, Ground, ObservedMap, PolicyCell, Range,
+    Record, RobotId, Route,
 };
 
 use super::colour;
@@ -16,9 +16,8 @@ use super::style::PictureStyle;
 use super::svg_writer::{Number, SvgWriter};
 use super::symbols::{self, TreasureState};
 use super::tile_map::TileMap;
-use crate::Ending;
-use crate::ReportError;
 use crate::phrases::{EndSentence, TeamEffort, counted, planners_in_order, planners_of_team};
+use crate::{Ending, ReportError, goal_cells};
 
 /// Smallest distance of two policy arrows, as a share of the plot's longer side.
 const ARROW_PITCH_MIN: f64 = 0.026;
@@ -30,7 +29,7 @@ const DASHED_PITCH_MIN: f64 = 12.0;
 /// What the picture of one mission shows.
 #[derive(Clone, Copy, Debug)]
 pub struct Picture<'a> {
-    /// Brief of the mission: grid, start, goals, names.
+    /// Brief of the mission: grid, robots, names.
     pub brief: &'a Brief,
     /// True ground in index order, drawn faintly where nothing was seen; empty if not known.
     pub terrain: &'a [Ground],
@@ -40,7 +39,7 @@ pub struct Picture<'a> {
     pub map: &'a ObservedMap,
     /// The last policy, one cell for each of the grid; `None` if the planner has none.
     pub policy: Option<&'a [PolicyCell]>,
-    /// Executed decisions in order; of a long patrol the last ones only.
+    /// Executed decisions in order; of a long mission the last ones only.
     pub route: &'a [Record],
     /// How the mission stands at the end of the route, or that it was stopped.
     pub outcome: Ending,
@@ -48,8 +47,6 @@ pub struct Picture<'a> {
     pub sensing_radius_m: Option<f64>,
     /// Of each cell the expected speed and its standard deviation at the end of the route, m/Sol; empty where speeds are certain.
     pub speeds: &'a [[f64; 2]],
-    /// All robots, in the order of their numbers; empty where there is a single hopper.
-    pub members: &'a [Member],
     /// The routes that robots announced, in any order.
     pub announced: &'a [Route],
 }
@@ -84,10 +81,10 @@ impl Picture<'_> {
         svg.close("defs");
         self.ground(svg, frame, tiles, (layer, heights));
         self.arrows(svg, frame);
-        if self.brief.robots > 1 {
+        if self.brief.robots.count() > 1 {
             self.team(svg, frame);
         }
-        if !self.brief.is_of_hopper() {
+        if !self.is_of_hopper() {
             return;
         }
         self.route_lines(svg, frame);
@@ -183,9 +180,9 @@ impl Picture<'_> {
         let stride = (hops * span) as i32;
         let share = if frame.style == PictureStyle::Paper { 0.46 } else { 0.66 };
         let quiver = Quiver::new((share * frame.pitch * f64::from(stride)).min(26.0));
+        let (start, goal) = (self.start(), self.goal());
         let drawn = |cell: &Cell| {
-            (cell.x - self.brief.start.x).rem_euclid(stride) == 0
-                && (cell.y - self.brief.start.y).rem_euclid(stride) == 0
+            (cell.x - start.x).rem_euclid(stride) == 0 && (cell.y - start.y).rem_euclid(stride) == 0
         };
         quiver.open(svg);
         let layers: &[(bool, &str)] = match frame.style {
@@ -198,7 +195,7 @@ impl Picture<'_> {
                 for (index, cell) in self.brief.grid.iter().enumerate().filter(|(_, cell)| drawn(cell)) {
                     let passable = self.ground_at(index).is_none_or(|ground| ground.passable);
                     let points =
-                        policy[index].action == Action::Hop(direction) && passable && cell != self.leg().goal;
+                        policy[index].action == Action::Hop(direction) && passable && Some(cell) != goal;
                     if points && self.map.cells()[index].is_some() == seen {
                         at.push(frame.centre(cell));
                     }
@@ -314,10 +311,9 @@ impl Picture<'_> {
             let (x, y) = frame.centre(cell);
             svg.raw(&symbols::treasure(x, y, size * 0.72, self.treasure_state(cell)));
         }
-        let (x, y) = frame.centre(self.brief.start);
+        let (x, y) = frame.centre(self.start());
         svg.raw(&symbols::start(x, y, size));
-        let goals = self.brief.patrol.map_or_else(|| vec![self.brief.goal], |patrol| patrol.goals().to_vec());
-        for goal in goals {
+        for goal in goal_cells(&self.brief.robots[0].goal, &self.brief.grid) {
             let (x, y) = frame.centre(goal);
             svg.raw(&symbols::goal(x, y, size));
         }
@@ -329,7 +325,7 @@ impl Picture<'_> {
     pub(super) fn title(&self) -> String {
         let last = self.route.last();
         let cell = self.position();
-        // The route of a long patrol is its end only, so its hops cannot be counted.
+        // The route of a long mission is its end only, so its hops cannot be counted.
         let whole = self.route.first().is_none_or(|record| record.decision == Decision(0));
         let decisions = last.map_or(0, |record| record.decision.next().0);
         let visits = last.map_or(0, |record| record.visits);
@@ -339,8 +335,10 @@ impl Picture<'_> {
             steps: last.map_or(0, |record| record.steps),
             steps_max: self.brief.limits.steps_max,
             cell,
-            distance_to_goal_m: cell.distance_cells(self.leg().goal) * self.brief.grid.cell_size_m,
-            patrolled: self.brief.patrol.map(|_| visits),
+            distance_to_goal_m: self
+                .goal()
+                .map_or(0.0, |goal| cell.distance_cells(goal) * self.brief.grid.cell_size_m),
+            patrolled: self.brief.visits().map(|_| visits),
             team: TeamEffort::of(self.brief, decisions, visits),
         };
         ending.to_string()
@@ -350,7 +348,8 @@ impl Picture<'_> {
     pub(super) fn caption(&self) -> String {
         let Brief { scenario, profile, .. } = self.brief;
         let names = self.route.iter().map(|record| record.leader.planner);
-        let planners = if self.brief.robots > 1 { planners_of_team(names) } else { planners_in_order(names) };
+        let planners =
+            if self.brief.robots.count() > 1 { planners_of_team(names) } else { planners_in_order(names) };
         let stray = counted(self.hops(|branch| branch != Branch::Intended), "stray hop");
         format!("Scenario {scenario}, planner {planners}, profile {profile}, {stray}")
     }
@@ -362,18 +361,29 @@ impl Picture<'_> {
 
     /// The decisions of the hopper; of robots that are none, all.
     fn hopper_route(&self) -> impl Iterator<Item = &Record> {
-        let is_of_hopper = self.brief.is_of_hopper();
+        let is_of_hopper = self.is_of_hopper();
         self.route.iter().filter(move |record| !is_of_hopper || record.robot == RobotId(0))
     }
 
-    /// The brief of the leg being flown.
-    fn leg(&self) -> Brief {
-        self.brief.leg(self.route.last().map_or(0, |record| record.visits))
+    /// Whether records tell the way of a hopper, robot 0, whoever else acts.
+    pub(super) fn is_of_hopper(&self) -> bool {
+        self.brief.account == Account::Hopper
+    }
+
+    /// The cell that robot 0 started from.
+    fn start(&self) -> Cell {
+        self.brief.robots[0].start.cell
+    }
+
+    /// The goal of robot 0 in force at the end of the route; `None` if it has none.
+    fn goal(&self) -> Option<Cell> {
+        let visits = self.route.last().map_or(0, |record| record.visits);
+        self.brief.robots[0].goal.cell(&self.brief.grid, visits)
     }
 
     /// Cell of the hopper at the end of the route.
     fn position(&self) -> Cell {
-        self.route.last().map_or(self.brief.start, |record| record.pose.cell)
+        self.route.last().map_or(self.start(), |record| record.pose.cell)
     }
 
     /// The true ground of a cell, or what was seen of it if the truth is not known.

@@ -3,13 +3,14 @@
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-use contract::{Action, Branch, Cell, RobotId, Route, RouteId, Vehicle, Waypoint};
+use contract::{Action, Branch, Cell, Goal, RobotId, Route, RouteId, Waypoint};
 
 use super::colour;
 use super::frame::Frame;
 use super::mission::Picture;
 use super::svg_writer::{Number, SvgWriter};
 use super::symbols;
+use crate::goal_cells;
 
 /// Opacity of a cell that was visited once, and what each further visit adds.
 const ONCE: f64 = 0.22;
@@ -24,7 +25,7 @@ impl Picture<'_> {
         let mut visits: BTreeMap<Cell, u32> = BTreeMap::new();
         let mut routes: BTreeMap<u16, Vec<Cell>> = BTreeMap::new();
         let mut stranded = Vec::new();
-        let is_of_hopper = self.brief.is_of_hopper();
+        let is_of_hopper = self.is_of_hopper();
         for record in self.route.iter().filter(|record| !is_of_hopper || record.robot.0 > 0) {
             let (outcome, robot) = (record.outcome, record.robot.0);
             let route = routes.entry(robot).or_insert_with(|| {
@@ -69,7 +70,9 @@ impl Picture<'_> {
             svg.path(&path, &format!("{line} stroke=\"{}\" stroke-width=\"2\"", colour::robot(robot)));
         }
         self.sights(svg, frame, &routes, &places);
-        self.goals(svg, frame);
+        if !is_of_hopper {
+            self.ends(svg, frame);
+        }
         let size = (frame.pitch * 0.34).clamp(8.0, 12.0);
         for (&robot, cells) in &routes {
             let Some(&cell) = cells.last() else { continue };
@@ -97,8 +100,8 @@ impl Picture<'_> {
     }
 
     /// How far the camera of a robot sees to each side, metres.
-    pub(super) fn view_m(&self, robot: RobotId) -> Option<f64> {
-        self.members.get(usize::from(robot.0))?.robot.sensor.view_m()
+    fn view_m(&self, robot: RobotId) -> Option<f64> {
+        self.brief.robots.at(robot)?.sensor.view_m()
     }
 
     /// A place of the map in the document.
@@ -149,7 +152,7 @@ impl Picture<'_> {
     /// The announced routes, dashed.
     fn announced_routes(&self, svg: &mut SvgWriter, frame: &Frame, announced: &[(u16, &Route)]) {
         // Of helicopters that fly ahead of a hopper again and again, the last flight.
-        let from = if self.brief.is_of_hopper() { announced.len().saturating_sub(1) } else { 0 };
+        let from = if self.is_of_hopper() { announced.len().saturating_sub(1) } else { 0 };
         for (robot, route) in announced[from..].iter().copied() {
             let path = self.path_of(frame, route);
             let line = "fill=\"none\" stroke-linejoin=\"round\"";
@@ -161,16 +164,23 @@ impl Picture<'_> {
         }
     }
 
-    /// Start and goal of each robot that has a goal of its own.
-    fn goals(&self, svg: &mut SvgWriter, frame: &Frame) {
-        for member in self.members {
-            let (start, goal) = match member.robot.vehicle {
-                Vehicle::Driver { start, goal, .. } => (self.at(frame, start), self.at(frame, goal)),
-                Vehicle::HopperTo { goal } => (frame.centre(member.robot.start.cell), frame.centre(goal)),
-                Vehicle::Rover { .. } | Vehicle::Helicopter { .. } | Vehicle::Hopper => continue,
+    /// Start and goals of each robot that goes to places of its own.
+    fn ends(&self, svg: &mut SvgWriter, frame: &Frame) {
+        for robot in self.brief.robots.iter() {
+            let (start, goals) = match &robot.goal {
+                Goal::Reach(reach) if robot.body.along_route().is_some() => {
+                    (self.at(frame, robot.start_at), vec![self.at(frame, reach.at)])
+                }
+                goal @ (Goal::Reach(_) | Goal::Visit(_)) => {
+                    let goals = goal_cells(goal, &self.brief.grid).into_iter().map(|cell| frame.centre(cell));
+                    (frame.centre(robot.start.cell), goals.collect())
+                }
+                Goal::Cover(_) | Goal::LookAhead(_) => continue,
             };
             svg.raw(&symbols::start(start.0, start.1, 7.0));
-            svg.raw(&symbols::goal(goal.0, goal.1, 8.0));
+            for (x, y) in goals {
+                svg.raw(&symbols::goal(x, y, 8.0));
+            }
         }
     }
 }

@@ -1,10 +1,11 @@
 //! A small mission to report on.
 
 use contract::{
-    Action, Branch, Brief, Cell, Decision, Digest, Direction, GradientSource, Grid, Ground, Incarnation,
-    Leader, Limits, MonotonicNs, MotionParameters, Name, ObservedMap, Outcome, Payoff, PolicyCell, Pose,
-    Priors, Profile, Range, Record, RobotId, RunId, SensorParameters, Soil, SoilMotion, Status, Term, Timing,
-    Weights,
+    Account, Action, Body, Branch, Brief, Camera, Cell, Decision, Digest, Direction, Driver, Goal,
+    GradientSource, Grid, Ground, Helicopter, Incarnation, Leader, Limits, LookAhead, MonotonicNs,
+    MotionParameters, Name, ObservedMap, Outcome, Payoff, PolicyCell, Pose, Priors, Profile, Range, Reach,
+    Record, Robot, RobotId, Robots, RunId, Sampling, Sensor, SensorParameters, Soil, SoilMotion, Status,
+    Term, Timing, Track, Waypoint, Weights,
 };
 
 pub fn name(text: &str) -> Name {
@@ -15,40 +16,76 @@ pub fn name(text: &str) -> Name {
 pub fn brief(side: u32) -> Brief {
     let soil = SoilMotion { intended: 0.9, stuck: 0.0, sideways: 0.05, flights: 1 };
     let range = Range { min: -1.0, max: 1.0 };
+    let grid = Grid::new(side, side, 1.0, 1).unwrap();
+    let motion = MotionParameters {
+        hard: soil,
+        sand: soil,
+        slope_limit_rad: 0.5,
+        launch_angle_rad: 0.785,
+        gravity_mps2: 3.72,
+    };
+    let sensor = SensorParameters {
+        gain: 2.0,
+        offset_m: 1.0,
+        radius_min_m: 1.0,
+        radius_max_m: 9.0,
+        gradient: GradientSource::Measured,
+    };
+    let ends = [Cell::new(1, 1), Cell::new(side as i32 - 2, side as i32 - 2)];
     Brief {
         run: RunId(1),
         scenario: name("tiny"),
         scenario_hash: [7; 32],
         profile: Profile::Paper2023,
-        robots: 1,
-        grid: Grid::new(side, side, 1.0, 1).unwrap(),
+        grid,
         datum_m: 0.0,
-        start: Cell::new(1, 1),
-        goal: Cell::new(side as i32 - 2, side as i32 - 2),
         weights: Weights { safety: 0.5, information: 0.5, distance: 10.0 },
         payoff: Payoff { goal: 100.0, treasure: 10.0, discount: 0.99, sand_term: -5.0 },
         priors: Priors { safety: range, height_m: range, treasures: 0 },
-        motion: MotionParameters {
-            hard: soil,
-            sand: soil,
-            slope_limit_rad: 0.5,
-            launch_angle_rad: 0.785,
-            gravity_mps2: 3.72,
-        },
-        sensor: SensorParameters {
-            gain: 2.0,
-            offset_m: 1.0,
-            radius_min_m: 1.0,
-            radius_max_m: 9.0,
-            gradient: GradientSource::Measured,
-        },
         limits: Limits { steps_max: 150, decision_budget_ns: 600_000_000 },
         guard: contract::Guard::OFF,
         reading: contract::Reading::default(),
-        cover: None,
-        scout: None,
-        mixed: None,
-        patrol: None,
+        account: Account::Hopper,
+        sampling: None,
+        robots: Robots::new(&[Robot::hopper(&grid, motion, sensor, ends)]).unwrap(),
+    }
+}
+
+/// Where robot 0 of `brief` starts.
+pub fn start(brief: &Brief) -> Cell {
+    brief.robots[0].start.cell
+}
+
+/// The goal of robot 0 of `brief`, if it has one.
+fn goal(brief: &Brief) -> Option<Cell> {
+    brief.robots[0].goal.cell(&brief.grid, 0)
+}
+
+/// The mission of `brief` with other robots.
+#[allow(dead_code)]
+pub fn with_robots(brief: &Brief, account: Account, robots: &[Robot]) -> Brief {
+    let sampling = Sampling { seed: 1, rover_samples: 10, helicopter_samples: 10, stages: 1 };
+    let drives = robots.iter().any(|robot| robot.body.drives());
+    let sampling = if drives { Some(sampling) } else { None };
+    Brief { account, sampling, robots: Robots::new(robots).unwrap(), ..*brief }
+}
+
+/// A rover that drives from where the hopper of `brief` starts.
+#[allow(dead_code)]
+pub fn driver(brief: &Brief, to: Waypoint) -> Robot {
+    let goal = Goal::Reach(Reach { at: to, radius_m: 3.0 });
+    Robot { body: Body::Driver(Driver {}), sensor: Sensor::Track(Track {}), goal, ..brief.robots[0] }
+}
+
+/// A helicopter that flies from where the hopper of `brief` starts, and sees 3 m to each side.
+#[allow(dead_code)]
+pub fn helicopter(brief: &Brief) -> Robot {
+    Robot {
+        body: Body::Helicopter(Helicopter { speed_mps: 5.0, budget_m: 300.0 }),
+        sensor: Sensor::Camera(Camera { radius_m: 3.0 }),
+        goal: Goal::LookAhead(LookAhead {}),
+        required: false,
+        ..brief.robots[0]
     }
 }
 
@@ -57,7 +94,7 @@ pub type Step = (Action, Branch);
 
 /// The records of `steps`, commanded by mdp in term 1, from decision `swap` on by greedy in term 2.
 pub fn records(brief: &Brief, steps: &[Step], swap: u64) -> Vec<Record> {
-    let mut cell = brief.start;
+    let (mut cell, goal) = (start(brief), goal(brief));
     let mut records: Vec<Record> = Vec::new();
     for (n, &(action, branch)) in (0..).zip(steps) {
         let from = cell;
@@ -73,7 +110,7 @@ pub fn records(brief: &Brief, steps: &[Step], swap: u64) -> Vec<Record> {
         let steps = records.last().map_or(0, |record| record.steps);
         let status = match brief.grid.contains(cell) {
             false => Status::LeftMap,
-            true if cell == brief.goal => Status::Goal,
+            true if Some(cell) == goal => Status::Goal,
             true => Status::Underway,
         };
         let mut record = Record {
@@ -139,7 +176,8 @@ pub fn ground(brief: &Brief) -> (Vec<Ground>, ObservedMap) {
 /// A policy that heads for the goal's column, then its row.
 #[allow(dead_code)]
 pub fn policy(brief: &Brief) -> Vec<PolicyCell> {
-    let towards = |cell: Cell| match (brief.goal.x - cell.x, brief.goal.y - cell.y) {
+    let goal = goal(brief).unwrap();
+    let towards = |cell: Cell| match (goal.x - cell.x, goal.y - cell.y) {
         (0, 0) => Action::Hold,
         (0, dy) => Action::Hop(if dy > 0 { Direction::North } else { Direction::South }),
         (dx, _) => Action::Hop(if dx > 0 { Direction::East } else { Direction::West }),

@@ -25,7 +25,7 @@ fn the_gradient_source_follows_the_profile_unless_stated() {
     let source = |text: &str, profile: Option<Profile>| {
         let overrides = Overrides { profile, ..Overrides::default() };
         let world = Scenario::parse(text, "hilly").unwrap().with(&overrides).resolve().unwrap();
-        world.brief.sensor.gradient
+        world.brief.leg(0).sensor.gradient
     };
     assert_eq!(source(HILLY, None), GradientSource::Measured);
     assert_eq!(source(HILLY, Some(Profile::Hopper)), GradientSource::SeenDifferences);
@@ -100,12 +100,13 @@ fn a_patrol_has_goals_in_turn_and_a_count_of_hops() {
         hilly("[brief]", &mission).map(|world| world.brief)
     };
     let brief = patrol("goals = [[2, 2], [4, 2]]\nhops_max = 77").unwrap();
-    let flown = brief.patrol.unwrap();
-    assert_eq!(flown.goals(), [brief.goal, Cell::new(2, 2), Cell::new(4, 2)]);
+    let (flown, first) = (brief.visits().unwrap(), brief.leg(0).goal);
+    assert_eq!(flown.goals(), [first, Cell::new(2, 2), Cell::new(4, 2)]);
+    assert_eq!(first, Cell::new(8, 6), "that of the brief");
     assert_eq!(flown.hops_max, 77);
     assert!(brief.limits.steps_max > 1 << 31, "no limit of steps");
-    assert_eq!(patrol("goals = [[2, 2]]").unwrap().patrol.unwrap().hops_max, 1 << 32);
-    let same = format!("goals = [[{}, {}]]", brief.goal.x, brief.goal.y);
+    assert_eq!(patrol("goals = [[2, 2]]").unwrap().visits().unwrap().hops_max, 1 << 32);
+    let same = format!("goals = [[{}, {}]]", first.x, first.y);
     for wrong in ["", &same, "goals = [[2, 2], [2, 2]]", "goals = [[2, 2]]\nhops_max = 0"] {
         let text = patrol(wrong).expect_err(wrong).to_string();
         says(&text, &["mission."]);
@@ -113,7 +114,8 @@ fn a_patrol_has_goals_in_turn_and_a_count_of_hops() {
     says(&patrol("goals = [[98, 2]]").unwrap_err().to_string(), &["goal", "(98, 2)"]);
     let reach = hilly("[brief]", "[mission]\nhops_max = 5\n[brief]").unwrap_err().to_string();
     says(&reach, &["mission.kind", "patrol"]);
-    let built_in = built_in("patrol").brief.patrol.unwrap();
+    let brief = built_in("patrol").brief;
+    let built_in = brief.visits().unwrap();
     assert_eq!((built_in.goals().len(), built_in.hops_max), (4, 1_000_000));
 }
 

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use contract::{Cell, Profile, Soil};
+use contract::{Cell, Leg, Profile, Soil};
 use scenario::{BUILT_IN, ResolvedScenario, load};
 
 use crate::{built_in, says};
@@ -12,18 +12,18 @@ fn the_papers_scenarios_are_the_papers_worlds() {
     for (name, sand) in [("hard", 0), ("heterogeneous", 7 * 9), ("sandy", 400 - 42)] {
         let ResolvedScenario { brief, terrain, warnings, .. } = built_in(name);
         assert_eq!((brief.grid.width, brief.grid.height, brief.grid.hop_cells), (20, 20, 1));
-        assert_eq!((brief.start, brief.goal), (Cell::new(1, 2), Cell::new(18, 18)));
+        let Leg { start, goal, motion, sensor, .. } = brief.leg(0);
+        assert_eq!((start, goal), (Cell::new(1, 2), Cell::new(18, 18)));
         assert_eq!(brief.profile, Profile::Paper2023);
         assert_eq!(brief.scenario.as_str(), name);
         assert_eq!((brief.limits.steps_max, brief.limits.decision_budget_ns), (150, 600_000_000));
-        let motion = brief.motion;
         assert_eq!((motion.hard.intended, motion.hard.stuck, motion.hard.sideways), (0.9, 0.0, 0.05));
         assert_eq!((motion.sand.intended, motion.sand.stuck, motion.sand.sideways), (0.7, 0.1, 0.1));
         assert_eq!((motion.hard.flights, motion.sand.flights), (1, 2));
         assert_eq!(motion.slope_limit_rad, std::f64::consts::PI / 6.0);
         assert_eq!(motion.launch_angle_rad, std::f64::consts::PI / 4.0);
         assert_eq!((brief.payoff.goal, brief.payoff.discount, brief.payoff.sand_term), (100.0, 0.99, -5.0));
-        assert_eq!((brief.sensor.gain, brief.sensor.offset_m), (2.0, 1.0));
+        assert_eq!((sensor.gain, sensor.offset_m), (2.0, 1.0));
         assert_eq!(terrain.cells.iter().filter(|ground| ground.soil == Soil::Sand).count(), sand, "{name}");
         assert!(terrain.cells.iter().all(|ground| ground.passable));
         assert!((brief.priors.height_m.max - 0.161).abs() < 5e-4);
@@ -67,7 +67,7 @@ fn the_large_map_has_the_papers_size_way_and_limit() {
     let world = built_in("large");
     let brief = &world.brief;
     assert_eq!((brief.grid.width, brief.grid.height, brief.limits.steps_max), (50, 50, 800));
-    assert_eq!((brief.start, brief.goal), (Cell::new(1, 2), Cell::new(48, 48)));
+    assert_eq!((brief.leg(0).start, brief.leg(0).goal), (Cell::new(1, 2), Cell::new(48, 48)));
     assert!(world.warnings.is_empty() && world.terrain.cells.iter().all(|ground| ground.passable));
     let sand = world.terrain.cells.iter().filter(|ground| ground.soil == Soil::Sand).count();
     assert_eq!(sand, 643, "of 2,500");
@@ -87,7 +87,8 @@ fn the_wide_and_the_vast_world_can_be_crossed_and_are_made_quickly() {
         assert!((0.05..0.4).contains(&sand), "{name}: {sand} sand");
         let impassable = share(|ground| !ground.passable);
         assert!(impassable < 0.05, "{name}: {impassable} impassable");
-        let way = world.terrain.hops_between(world.brief.start, world.brief.goal).unwrap();
+        let leg = world.brief.leg(0);
+        let way = world.terrain.hops_between(leg.start, leg.goal).unwrap();
         assert!((hops..hops + hops / 5).contains(&way), "{name}: {way} hops");
     }
 }

@@ -1,6 +1,6 @@
 //! Missions of robots of all kinds, each with a task of its own.
 
-use contract::{Cell, RobotId, RobotSet, Sensor, Task, Vehicle};
+use contract::{Account, Cell, Goal, Reach, RobotId, RobotSet, Sensor, Square};
 use scenario::{Overrides, Scenario};
 
 const EXPEDITION: &str = include_str!("../../scenarios/expedition.toml");
@@ -18,29 +18,23 @@ fn refusal(old: &str, new: &str) -> String {
 #[test]
 fn robots_of_all_kinds_have_starts_goals_and_sensors_of_their_own() {
     let world = Scenario::parse(EXPEDITION, "test").unwrap().resolve().unwrap();
-    let robots = &world.fleet.as_ref().unwrap().robots;
-    let kinds = robots.iter().map(|robot| match robot.vehicle {
-        Vehicle::Driver { .. } => "driver",
-        Vehicle::Helicopter { .. } => "helicopter",
-        Vehicle::HopperTo { .. } => "hopper",
-        Vehicle::Rover { .. } => "rover",
-        Vehicle::Hopper => "the only hopper",
-    });
-    let kinds: Vec<_> = kinds.collect();
+    let (robots, grid) = (&world.brief.robots, &world.brief.grid);
+    let kinds: Vec<_> = robots.iter().map(|robot| robot.body.name()).collect();
     assert_eq!(kinds, ["driver", "helicopter", "hopper", "hopper", "helicopter", "rover"]);
-    assert_eq!(robots[2].vehicle, Vehicle::HopperTo { goal: Cell::new(140, 66) });
-    assert_eq!((robots[2].sensor, robots[5].sensor), (Sensor::Disc, Sensor::Square { range_cells: 1 }));
+    assert_eq!(robots[2].goal, Goal::Reach(Reach::cell(grid, Cell::new(140, 66))));
+    assert_eq!(robots[5].sensor, Sensor::Square(Square { range_cells: 1 }));
+    assert!(matches!(robots[2].sensor, Sensor::Disc(_)));
     let required = [0, 2, 3].map(RobotId).into_iter().fold(RobotSet(0), RobotSet::with);
-    assert_eq!(world.brief.mixed.unwrap().required, required);
-    let Task::Mixed(_) = world.brief.task() else { panic!("{:?}", world.brief.task()) };
-    let of = |robot: usize| world.brief.tasks_of(Some(robots[robot].vehicle));
-    assert!(matches!(of(0)[..], [Task::Scout(_)]) && matches!(of(5)[..], [Task::Cover(_)]));
-    assert!(matches!(of(1)[..], [Task::Scout(_), Task::Accompany]) && of(2) == [Task::Reach]);
+    assert_eq!(robots.those(|robot| robot.required), required);
+    assert_eq!(world.brief.account, Account::ActionsWithoutWaits);
+    assert!(world.brief.sampling.is_some(), "a rover drives to a goal");
+    let goals: Vec<_> = robots.iter().map(|robot| robot.goal.name()).collect();
+    assert_eq!(goals, ["reach", "look_ahead", "reach", "reach", "look_ahead", "cover"]);
     // Ground that no rover can cross is ground to a hopper.
     let closed = world.terrain.cells.iter().filter(|ground| !ground.is_drivable());
     assert!(closed.clone().count() > 1000 && closed.clone().all(|ground| ground.passable));
     let again = Scenario::parse(&world.resolved, "again").unwrap().resolve().unwrap();
-    assert_eq!((again.hash, &again.fleet, again.brief), (world.hash, &world.fleet, world.brief));
+    assert_eq!((again.hash, &again.faults, again.brief), (world.hash, &world.faults, world.brief));
 }
 
 /// P-MIXED-DESIGN: Each hopper of a mission hops, sees and is guarded by its own law and sensor;
@@ -52,15 +46,18 @@ fn hoppers_have_designs_of_their_own() {
     let text = EXPEDITION.replacen(hopper, &format!("{hopper}\n{own}"), 1);
     let world = Scenario::parse(&text, "test").unwrap().resolve().unwrap();
     let brief = world.brief;
-    let (motion, sensor) = (brief.motion_of(RobotId(2)), brief.sensor_of(RobotId(2)));
-    assert_eq!((motion.launch_angle_rad, motion.hard), (60.0_f64.to_radians(), brief.motion.hard));
+    let other = Scenario::parse(EXPEDITION, "test").unwrap().resolve().unwrap();
+    // Without a design of its own it is the hopper of `[robot]`.
+    let (common_motion, common_sensor) = other.brief.robots[2].as_hopper().unwrap();
+    let (motion, sensor) = brief.robots[2].as_hopper().unwrap();
+    assert_eq!((motion.launch_angle_rad, motion.hard), (60.0_f64.to_radians(), common_motion.hard));
     assert_eq!((motion.sand.stuck, motion.sand.flights), (0.2, 1));
-    assert_eq!((sensor.offset_m, sensor.gain), (3.0, brief.sensor.gain));
-    assert_eq!(brief.sensor_of(RobotId(3)).gain, 4.0, "as the scenario has it");
-    assert_eq!(brief.motion_of(RobotId(3)), &brief.motion);
+    assert_eq!((sensor.offset_m, sensor.gain), (3.0, common_sensor.gain));
+    let (motion, sensor) = brief.robots[3].as_hopper().unwrap();
+    assert_eq!(sensor.gain, 4.0, "as the scenario has it");
+    assert_eq!(motion, common_motion);
     let again = Scenario::parse(&world.resolved, "again").unwrap().resolve().unwrap();
     assert_eq!((again.hash, again.brief), (world.hash, world.brief));
-    let other = Scenario::parse(EXPEDITION, "test").unwrap().resolve().unwrap();
     assert_ne!(other.hash, world.hash, "a mission of other hoppers is another mission");
 }
 

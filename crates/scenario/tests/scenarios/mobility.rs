@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use contract::{DriveSpeed, Vehicle};
+use contract::{Body, DriveSpeed, Goal, Waypoint};
 use scenario::{ResolvedScenario, Scenario};
 
 const ROBOTS: &str =
@@ -60,9 +60,10 @@ fn classes_slopes_and_rocks_give_the_prior_and_a_truth_that_is_possible_under_it
     assert_eq!(prior(0, 1), [0.4, 0.0, 0.0, 0.6]);
     assert_eq!(prior(4, 0), [1.0, 0.0, 0.0, 0.0], "27 degrees are too steep");
     assert_eq!(prior(2, 3), [1.0, 0.0, 0.0, 0.0], "there is no height");
-    let robots = &world.fleet.as_ref().unwrap().robots;
-    let Vehicle::Driver { start, goal, goal_radius_m } = robots[0].vehicle else { panic!("a rover drives") };
-    assert_eq!([start.x_m, start.y_m, goal.x_m, goal.y_m, goal_radius_m], [0.5, 0.5, 1.5, 3.5, 3.0]);
+    let rover = &world.brief.robots[0];
+    let (Body::Driver(_), Goal::Reach(goal)) = (rover.body, rover.goal) else { panic!("a rover drives") };
+    assert_eq!(rover.start_at, Waypoint { x_m: 0.5, y_m: 0.5 });
+    assert_eq!((goal.at, goal.radius_m), (Waypoint { x_m: 1.5, y_m: 3.5 }, 3.0));
     let mut sand = 0;
     for world in &truths {
         let speed = |x: usize, y: usize| world.terrain.cells[y * 6 + x].speed.unwrap();
@@ -74,7 +75,7 @@ fn classes_slopes_and_rocks_give_the_prior_and_a_truth_that_is_possible_under_it
         }
     }
     assert!((3..=14).contains(&sand), "{sand} of 20 are of sand");
-    let seeds: Vec<_> = truths.iter().map(|world| world.brief.scout.unwrap().seed).collect();
+    let seeds: Vec<_> = truths.iter().map(|world| world.brief.sampling.unwrap().seed).collect();
     assert!(seeds[1] > 1 << 32 && seeds[1] != seeds[2], "the planners' seed tells nothing of the truth's");
 }
 

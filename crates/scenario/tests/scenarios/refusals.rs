@@ -73,7 +73,7 @@ fn values_out_of_range_are_refused_with_need_and_got() {
         (
             "[brief]",
             "[robot.sand]\nintended = 0.8\nstuck = 0\nsideways = 0.1\nflights = 3\n[brief]",
-            ["motion.flights", "got 3"],
+            ["motion.sand.flights", "got 3"],
         ),
         (
             "[brief]",

@@ -90,7 +90,7 @@ fn a_camera_that_errs_is_right_as_often_as_the_scenario_says() {
     };
     let (plain, right, erring) = (world(""), world("accuracy = 1.0"), world("accuracy = 0.8"));
     assert_eq!(right.terrain, plain.terrain);
-    assert_eq!(right.fleet, plain.fleet);
+    assert_eq!((right.brief.robots, right.faults), (plain.brief.robots, plain.faults));
     let truths = erring.terrain.cells.iter().zip(&plain.terrain.cells);
     let hits = truths.filter(|(erring, plain)| {
         assert_eq!((erring.speed, plain.reading), (plain.speed, None));
@@ -99,7 +99,7 @@ fn a_camera_that_errs_is_right_as_often_as_the_scenario_says() {
     // 40,000 cells: five standard deviations are 1 %.
     let share = hits.count() as f64 / plain.terrain.cells.len() as f64;
     assert!((share - 0.8).abs() < 0.01, "{share}");
-    assert_eq!(erring.fleet.unwrap().robots[1].sensor.accuracy(), Some(0.8));
+    assert_eq!(erring.brief.robots[1].sensor.accuracy(), Some(0.8));
 }
 
 /// P-STAGES-SCENARIO: One stage is the default, and a scenario that states it has the same hash.
@@ -113,7 +113,7 @@ fn a_mission_has_the_stages_of_its_scenario_and_one_by_default() {
         Scenario::parse(&text, "stages").unwrap().resolve().unwrap()
     };
     let (plain, one, three) = (world(""), world("stages = 1"), world("stages = 3"));
-    let stages = |world: &scenario::ResolvedScenario| world.brief.scout.unwrap().stages;
+    let stages = |world: &scenario::ResolvedScenario| world.brief.sampling.unwrap().stages;
     assert_eq!([&plain, &one, &three].map(stages), [1, 1, 3]);
     assert_eq!((one.hash, &one.resolved), (plain.hash, &plain.resolved));
     assert_ne!(three.hash, plain.hash);
@@ -126,9 +126,9 @@ fn a_mission_has_the_stages_of_its_scenario_and_one_by_default() {
 #[test]
 fn a_mission_with_scouts_tells_planners_a_seed_that_is_not_the_worlds() {
     let world = load("rover-helicopter").unwrap().resolve().unwrap();
-    let seed = world.brief.scout.unwrap().seed;
+    let seed = world.brief.sampling.unwrap().seed;
     assert!(seed > 1 << 32, "{seed}");
     assert_eq!(world.terrain.prior.len(), world.terrain.cells.len());
     let again = Scenario::parse(&world.resolved, "again").unwrap().resolve().unwrap();
-    assert_eq!((again.hash, again.brief.scout, again.fleet), (world.hash, world.brief.scout, world.fleet));
+    assert_eq!((again.hash, again.brief, again.faults), (world.hash, world.brief, world.faults));
 }

@@ -4,9 +4,9 @@ use contract::protocol::peer_table::SILENCE_NS;
 use std::rc::Rc;
 
 use contract::{
-    Action, Announcement, Command, Decision, MonotonicNs, Policy, Record, RefusalCounts, RobotId, State, Term,
+    Action, Announcement, Command, Decision, MonotonicNs, Policy, Record, RefusalCounts, Robot, RobotId,
+    State, Term,
 };
-use hopper_sim::Mission;
 use planner::pilot::DEATH_SILENCE_NS;
 
 use super::Checker;
@@ -43,14 +43,14 @@ impl Checker {
     /// Whether the robot that is due could do that: nothing speaks against it, and the route that is announced is known.
     fn is_possible(&self, before: &State, command: &Command) -> bool {
         let (robot, action) = (command.robot, command.action);
-        if self.to_veto(before.pose.cell).has(action) {
+        if self.to_veto().has(action) {
             return false;
         }
-        if let Action::Announce(id) = action {
-            let is_announced = || self.scouts().is_some_and(|scouts| scouts.route(id).is_some());
-            if !self.offers.has(robot, id) && !is_announced() {
-                return false;
-            }
+        if let Action::Announce(id) = action
+            && !self.offers.has(robot, id)
+            && self.scouts().route(id).is_none()
+        {
+            return false;
         }
         self.robots.execute(&self.mission, before, action).is_some()
     }
@@ -58,7 +58,7 @@ impl Checker {
     /// hopper-sim receives the points of a route.
     pub(crate) fn offered(&mut self, announcement: &Announcement) {
         let Announcement { run, robot, route } = announcement;
-        if *run == self.mission.brief.run && robot.0 < self.mission.brief.robots {
+        if *run == self.mission.brief.run && robot.0 < self.mission.brief.robots.count() {
             self.offers.received(*robot, route.id());
         }
     }
@@ -85,19 +85,15 @@ impl Checker {
 
     /// Whether the algorithm of a seat can plan for all its robots.
     pub(crate) fn suits(&self, seat: Seat) -> bool {
-        let Mission { brief, fleet, .. } = &self.mission;
-        let vehicle = |robot: RobotId| {
-            let robot = fleet.as_ref().and_then(|fleet| fleet.robots.get(usize::from(robot.0)));
-            robot.map(|robot| robot.vehicle)
-        };
-        let suits = |robot| planner::suited(brief, vehicle(robot)).contains(&seat.planner.as_str());
-        seat.robots.of(brief.robots).iter().all(suits)
+        let brief = &self.mission.brief;
+        let suits = |robot: &Robot| planner::suited(brief, robot).contains(&seat.planner.as_str());
+        seat.robots.of(brief.robots.count()).iter().all(|robot| brief.robots.at(robot).is_some_and(suits))
     }
 
     /// A planner is told to take over the robots that it serves.
     pub(crate) fn told_to_take_over(&mut self, life: &Life) {
         let is_led = |robot: &RobotId| self.leader_of(*robot).incarnation == life.incarnation;
-        let robots = life.robots.of(self.mission.brief.robots);
+        let robots = life.robots.of(self.mission.brief.robots.count());
         let others: Vec<RobotId> = robots.iter().filter(|robot| !is_led(robot)).collect();
         self.claims.begin(life.incarnation, &others);
     }

@@ -7,8 +7,8 @@
 use std::collections::BTreeMap;
 
 use contract::{
-    Action, Brief, Command, Digest, Leader, Member, MonotonicNs, Name, Origin, RobotId, Route, RunId, State,
-    Team, Timing, Vetoed,
+    Action, Brief, Command, Digest, Leader, Leg, Member, MonotonicNs, Name, Origin, RobotId, Route, RunId,
+    State, Team, Timing, Vetoed,
 };
 use planner::Situation;
 
@@ -27,6 +27,7 @@ pub(super) struct Dependence {
 #[derive(Clone, Debug, PartialEq)]
 struct View {
     brief: Brief,
+    leg: Option<Leg>,
     state: State,
     team: Option<Team>,
     routes: Option<Vec<Route>>,
@@ -35,7 +36,8 @@ struct View {
 impl View {
     fn of(situation: &Situation<'_>) -> Self {
         let routes = situation.scouting.map(|scouting| scouting.routes.iter().cloned().collect());
-        Self { brief: *situation.brief, state: *situation.state, team: situation.team.cloned(), routes }
+        let Situation { brief, leg, state, team, .. } = *situation;
+        Self { brief: *brief, leg: leg.copied(), state: *state, team: team.cloned(), routes }
     }
 
     /// What of it the digest tells nothing of, if there is something.
@@ -79,8 +81,7 @@ impl Checker {
         let Command { run, robot, decision, digest, action, planner, .. } = *command;
         // Of a past that is no longer, or not yet, that of the journal it is not known what the guard vetoes.
         let is_now = (run, digest) == (self.mission.brief.run, self.digest()) && robot == self.due();
-        let pose = self.records.last().map_or(self.opening.pose, |record| record.pose);
-        if !is_now || self.to_veto(pose.cell).has(action) {
+        if !is_now || self.to_veto().has(action) {
             return;
         }
         let before = *self.dependence.decisions.entry((run, digest, robot, planner)).or_insert(action);

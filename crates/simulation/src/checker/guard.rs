@@ -1,9 +1,9 @@
 //! What the guard vetoes, and what the fallback does at the deadline.
 
-use contract::{Action, Branch, Cell, Leader, Origin, Record, RobotId, State, Vetoed};
+use contract::{Account, Action, Body, Branch, Cell, Leader, Origin, Record, RobotId, State, Vetoed};
 
 use super::Checker;
-use crate::expected::design;
+use crate::scouts::Scout;
 
 impl Checker {
     /// hopper-sim has executed a command just now.
@@ -17,14 +17,14 @@ impl Checker {
         self.require(!refused, "a process of another build is not obeyed", || {
             format!("decision {} was commanded by {leader}, which is of another build", record.decision)
         });
-        let hops = self.mission.brief.is_of_hopper() && record.robot == RobotId(0);
-        let goes_to_own_goal = self.is_turn_of_own_way();
+        let is_of_hopper = self.mission.brief.account == Account::Hopper;
+        let follows_none = self.robots.due_hopper().is_some() && !is_of_hopper;
         self.require(
-            !(goes_to_own_goal && record.origin == Origin::Policy),
+            !(follows_none && record.origin == Origin::Policy),
             "no policy is followed where hoppers have goals of their own",
             || format!("decision {} followed one", record.decision),
         );
-        if record.origin == Origin::Policy && hops {
+        if record.origin == Origin::Policy && is_of_hopper && record.robot == RobotId(0) {
             // The decision after that which reached the last goal.
             let visits = self.records.last().map_or(0, |last| last.visits);
             let leg_began = self.records.iter().position(|record| record.visits == visits);
@@ -40,14 +40,18 @@ impl Checker {
         }
     }
 
-    /// The probability that `action` ends off the map or on ground known to be impassable, from the observed
-    /// map alone: what anybody could know who has seen what the hopper that is due has.
-    pub(super) fn hazard(&self, from: Cell, action: Action) -> f64 {
+    /// The probability that `action` of a hopper ends off the map or on ground known to be impassable, from the observed
+    /// map alone: what anybody could know who has seen what it has.
+    fn hazard(&self, hopper: &Scout, action: Action) -> f64 {
+        let from = hopper.cell;
         let brief = &self.mission.brief;
         let known = |cell: Cell| self.maps.expected.cells()[brief.grid.index(cell)?].as_ref();
-        let (Action::Hop(direction), Some(ground)) = (action, known(from)) else { return 0.0 };
-        let due = self.mixed().and_then(|mixed| mixed.due()).unwrap_or(RobotId(0));
-        let scatter = motion::transition(&design(brief, due).motion, ground, direction);
+        let (Action::Hop(direction), Some(ground), Body::Hopper(body)) =
+            (action, known(from), hopper.robot.body)
+        else {
+            return 0.0;
+        };
+        let scatter = motion::transition(&body.motion, ground, direction);
         let ruins = |branch: &Branch| {
             let to = motion::landing(&brief.grid, from, direction, *branch);
             !brief.grid.contains(to) || known(to).is_some_and(|ground| !ground.passable)
@@ -55,23 +59,20 @@ impl Checker {
         Branch::ALL.into_iter().filter(ruins).map(|branch| scatter.probability(branch)).sum()
     }
 
-    /// Actions that the guard should veto at `from`, which is where the hopper is; of several robots, those that lead the one
-    /// that is due where it cannot stand or may be trapped.
-    pub(super) fn to_veto(&self, from: Cell) -> Vetoed {
-        if !self.robots.is_turn_of_hopper() {
-            return self.robots.blocked(&self.mission);
-        }
-        let mixed = self.mixed().and_then(|mixed| Some((mixed.own_way()?, mixed.blocked(&self.mission))));
-        let (from, blocked) = mixed.map_or((from, Vetoed::NONE), |([.., at], blocked)| (at, blocked));
+    /// Actions that the guard should veto: those that lead the robot that is due where another or nothing is to stand on or it may
+    /// be trapped, and hops that are too dangerous.
+    pub(super) fn to_veto(&self) -> Vetoed {
+        let blocked = self.robots.blocked(&self.mission);
+        let Some(hopper) = self.robots.due_hopper() else { return blocked };
         let hazard_max = self.mission.brief.guard.hazard_max;
-        let hazards = Action::ALL.into_iter().filter(|&action| self.hazard(from, action) > hazard_max);
+        let hazards = Action::ALL.into_iter().filter(|&action| self.hazard(hopper, action) > hazard_max);
         hazards.fold(blocked, Vetoed::with)
     }
 
     /// The guard did its duty at the decision of `record`, and no more.
     pub(super) fn guarded(&mut self, before: &State, record: &Record) {
         let (due, action) = (record.decision, record.action);
-        let need = self.to_veto(before.pose.cell);
+        let need = self.to_veto();
         self.require(!need.has(action), "nothing dangerous is executed", || {
             format!("decision {due} was {action} from {}", before.pose.cell)
         });

@@ -6,7 +6,6 @@ use hopper_sim::dynamics::Execution;
 
 use super::{Checker, Sent};
 use crate::expected::next_digest;
-use crate::scouts::Scouts;
 
 /// Routes that a robot announces at most before it goes on: two planners may command it in turn.
 const ANNOUNCEMENTS_MAX: u64 = 4;
@@ -58,7 +57,7 @@ impl Checker {
         self.records.push(*record);
         self.robots.committed(&self.mission, record);
         self.see(record);
-        let all_wait = self.scouts().is_some_and(Scouts::is_all_waiting);
+        let all_wait = self.scouts().is_all_waiting();
         let is_last = all_wait && record.action == Action::Wait && record.outcome.branch == Branch::Held;
         self.require(!is_last, "nobody waits for others as the last one that can act", || {
             format!("robot {} did at decision {due}", record.robot)

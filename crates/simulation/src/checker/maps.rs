@@ -1,8 +1,6 @@
 //! What is seen, mapped and planned on.
 
-use contract::{
-    Cell, Decision, Digest, Ground, MapPage, MapPatch, Member, PastPage, RunId, SeenCell, Vehicle,
-};
+use contract::{Cell, Decision, Digest, Ground, MapPage, MapPatch, PastPage, RunId, SeenCell};
 use planner::Situation;
 
 use super::Checker;
@@ -117,18 +115,16 @@ impl Checker {
     }
 }
 
-/// Indices of the cells where robots other than the hopper that is due stand, if that has a goal of its own. It may share its own
-/// with a rover that is stuck there.
+/// Indices of the cells where robots other than the hopper that is due stand. It may share its own with a rover that is stuck
+/// there.
 fn closed(situation: &Situation<'_>) -> Vec<usize> {
     let Some(team) = situation.team else { return Vec::new() };
-    let due = usize::from(team.due.0);
-    let has_own = |member: &Member| matches!(member.robot.vehicle, Vehicle::HopperTo { .. });
-    if !team.members.get(due).is_some_and(has_own) {
-        return Vec::new();
-    }
-    let here = team.members[due].at.cell;
-    let others = team.members.iter().enumerate().filter(|(number, _)| *number != due);
-    let on_ground = others.filter(|(_, other)| !matches!(other.robot.vehicle, Vehicle::Helicopter { .. }));
-    let cells = on_ground.map(|(_, other)| other.at.cell).filter(|cell| *cell != here);
+    let robots = &situation.brief.robots;
+    let due = robots.at(team.due).filter(|robot| robot.body.hops()).and(team.member(team.due));
+    let Some(due) = due else { return Vec::new() };
+    let others = robots.numbered().filter(|(robot, _)| *robot != team.due);
+    let on_ground = others.filter(|(_, other)| other.body.is_on_ground());
+    let cells = on_ground.filter_map(|(robot, _)| Some(team.member(robot)?.at.cell));
+    let cells = cells.filter(|cell| *cell != due.at.cell);
     cells.filter_map(|cell| situation.brief.grid.index(cell)).collect()
 }

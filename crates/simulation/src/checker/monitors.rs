@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use contract::protocol::peer_table::SILENCE_NS;
-use contract::{Decision, Digest, Incarnation, MonotonicNs, Record, RobotId, RunId};
+use contract::{Account, Decision, Digest, Incarnation, MonotonicNs, Record, RobotId, RunId};
 use report::Tally;
 
 use super::Checker;
@@ -44,7 +44,7 @@ impl Checker {
         }
         let route = &tally.route;
         // Beside a hopper the decisions of its helicopters are no part of its route.
-        let is_of_hopper = self.mission.brief.is_of_hopper();
+        let is_of_hopper = self.mission.brief.account == Account::Hopper;
         let known = self.records.iter().take(due.0 as usize);
         let in_route = known.filter(|record| !is_of_hopper || record.robot == RobotId(0)).count() as u64;
         let whole = route.hops() + route.held == in_route && (due == Decision(0) || need == got);

@@ -1,34 +1,25 @@
-//! The ways of hoppers that have goals of their own.
+//! The ways of hoppers, each to a goal of its own.
 
-use contract::{Action, Cell, Design, Direction, Origin, RobotId};
+use contract::{Account, Action, Cell, Direction, Goal, Origin};
 use planner::Situation;
 
 use super::Checker;
-use crate::expected::design;
+use crate::expected::goal_cell;
 use crate::robots::Robots;
 
 impl Checker {
-    /// The robots of a mission in which each has a task of its own.
-    pub(crate) fn mixed(&self) -> Option<&Robots> {
-        if self.mission.brief.mixed.is_some() { Some(&self.robots) } else { None }
+    /// All robots after the records so far.
+    pub(crate) fn robots(&self) -> &Robots {
+        &self.robots
     }
 
-    /// Start, goal and place of the hopper that is due, if it has a goal of its own.
-    fn own_way(&self) -> Option<[Cell; 3]> {
-        self.mixed().and_then(Robots::own_way)
-    }
-
-    /// Whether a hopper is due that has a goal of its own.
-    pub(super) fn is_turn_of_own_way(&self) -> bool {
-        self.own_way().is_some()
-    }
-
-    /// What such a hopper does at the deadline: the hop that nothing speaks against and whose aim is nearest to its goal, of equals
-    /// the first of north, east, south and west.
+    /// What a hopper does at the deadline, unless it is the one that the mission is about, which may follow a policy: the hop that
+    /// nothing speaks against and whose aim is nearest to its goal, of equals the first of north, east, south and west.
     pub(super) fn greedy_on_own_way(&self) -> Option<(Action, Origin)> {
-        let [_, goal, at] = self.own_way()?;
-        let to_veto = self.to_veto(at);
         let grid = self.mission.brief.grid;
+        let hopper = self.robots.due_hopper().filter(|_| self.mission.brief.account != Account::Hopper)?;
+        let (goal, at) = (goal_cell(&grid, &hopper.robot, 0)?, hopper.cell);
+        let to_veto = self.to_veto();
         let is_passable = |cell: Cell| {
             let index = grid.contains(cell).then(|| grid.index(cell)).flatten();
             index.is_some_and(|index| self.maps.expected.cells()[index].is_none_or(|ground| ground.passable))
@@ -49,17 +40,24 @@ impl Checker {
 
     /// A planner is about to plan for the robot that is due.
     pub(super) fn plans_own_way(&mut self, situation: &Situation<'_>) {
-        let Some([start, goal, at]) = self.own_way() else { return };
-        let (brief, state) = (situation.brief, situation.state);
+        let (Some(hopper), state) = (self.robots.due_hopper(), situation.state) else { return };
+        let (grid, robot, at) = (&self.mission.brief.grid, &hopper.robot, hopper.cell);
         let height_m = self.mission.terrain.ground(at).map(|ground| ground.height_m);
-        let due = self.mixed().and_then(Robots::due).unwrap_or(RobotId(0));
-        let is_own = (brief.start, brief.goal) == (start, goal)
-            && design(&self.mission.brief, due) == (Design { motion: brief.motion, sensor: brief.sensor })
+        // Elsewhere the visits of a state are those of all robots.
+        let visits = if self.mission.brief.account == Account::Hopper { state.visits } else { 0 };
+        let to = goal_cell(grid, robot, visits);
+        let start = match robot.goal {
+            Goal::Visit(_) if visits > 0 => goal_cell(grid, robot, visits - 1),
+            Goal::Visit(_) | Goal::Reach(_) | Goal::Cover(_) | Goal::LookAhead(_) => Some(robot.start.cell),
+        };
+        let given = situation.leg.map(|leg| (leg.start, leg.goal));
+        let hops = situation.leg.map(|leg| (&leg.motion, &leg.sensor));
+        let is_own = given == start.zip(to)
+            && hops == robot.as_hopper()
             && state.pose.cell == at
             && Some(state.pose.height_m) == height_m;
         self.require(is_own, "a hopper's planner is given its own way", || {
-            let (from, to, pose) = (brief.start, brief.goal, state.pose.cell);
-            format!("from {from} to {to} at {pose}, needs from {start} to {goal} at {at}")
+            format!("the way {given:?} at {}, needs {start:?} to {to:?} at {at}", state.pose.cell)
         });
     }
 }

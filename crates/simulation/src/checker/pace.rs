@@ -24,7 +24,7 @@ impl Checker {
         let need = match self.records.get(state.decision.0 as usize) {
             Some(record) => record.vetoed,
             None if state.status.is_over() => Vetoed::NONE,
-            None => self.to_veto(held.pose.cell),
+            None => self.to_veto(),
         };
         let told = state.vetoed.union(need) == need;
         self.require(told, "only what is seen to be dangerous is vetoed", || {

@@ -11,9 +11,9 @@ use super::Checker;
 use crate::scouts::{Scouts, fingerprint};
 
 impl Checker {
-    /// The robots of a mission with helicopters.
-    pub(crate) fn scouts(&self) -> Option<&Scouts> {
-        if self.mission.brief.has_routes() { Some(self.robots.scouts()) } else { None }
+    /// What all robots have, and those that go from point to point.
+    pub(crate) fn scouts(&self) -> &Scouts {
+        self.robots.scouts()
     }
 
     /// A planner publishes the points of a route.
@@ -24,7 +24,7 @@ impl Checker {
     /// A planner sends a command, which may name a route.
     pub(super) fn announced_before(&mut self, command: &Command) {
         let Action::Announce(id) = command.action else { return };
-        let is_announced = self.scouts().is_some_and(|scouts| scouts.is_announced(command.run, id));
+        let is_announced = self.scouts().is_announced(command.run, id);
         self.require(is_announced, "the points of a route are sent before the command that names it", || {
             format!("{} names route {id} at decision {}", command.incarnation, command.decision)
         });
@@ -33,7 +33,7 @@ impl Checker {
     /// `frame` was written, which holds `record`: behind one that announces a route lie its points.
     pub(crate) fn journalled(&mut self, record: &Record, frame: &[u8]) {
         let Action::Announce(id) = record.action else { return };
-        let Some(points) = self.scouts().and_then(|scouts| scouts.route(id)) else { return };
+        let Some(points) = self.scouts().route(id) else { return };
         let mut need = (points.len() as u64).to_le_bytes().to_vec();
         for point in points {
             need.extend(point.x_m.to_le_bytes());
@@ -47,8 +47,7 @@ impl Checker {
 
     /// The journal was read, and holds these routes.
     pub(crate) fn routes_read(&mut self, routes: &[Route]) {
-        let Some(scouts) = self.scouts() else { return };
-        let need: Vec<_> = scouts.routes().iter().map(|(_, points)| points.as_slice()).collect();
+        let need: Vec<_> = self.scouts().routes().iter().map(|(_, points)| points.as_slice()).collect();
         let got: Vec<_> = routes.iter().map(Route::waypoints).collect();
         let (held, right) = (need.len(), need == got);
         self.require(right, "the journal holds the points of every announced route", || {
@@ -59,7 +58,7 @@ impl Checker {
     /// Somebody asks for a route.
     pub(crate) fn route_asked(&mut self, request: &RouteRequest) {
         let RouteRequest { run, id } = *request;
-        let is_announced = self.scouts().is_some_and(|scouts| scouts.is_announced(run, id));
+        let is_announced = self.scouts().is_announced(run, id);
         self.require(is_announced, "only routes that were announced are asked for", || {
             format!("route {id} of run {run}")
         });
@@ -72,7 +71,7 @@ impl Checker {
         self.require(asked == got, "who asks for a route is answered with that one", || {
             format!("asked for {asked}, answered with {got}")
         });
-        let need = self.scouts().and_then(|scouts| scouts.route(fingerprint(points)));
+        let need = self.scouts().route(fingerprint(points));
         let right = page.run == self.mission.brief.run && need == Some(points);
         self.require(right, "nothing is published that the journal does not hold", || {
             format!("a route of {} points that no decision has announced", points.len())
@@ -117,13 +116,13 @@ impl Checker {
         if is_now {
             self.plans_own_way(situation);
         }
-        if self.mission.brief.scout.is_none() {
+        if self.mission.brief.sampling.is_none() {
             return;
         }
         let prior = situation.scouting.map(|scouting| scouting.prior);
         // Who plans only for robots that go from cell to cell does not know it.
         let due = situation.team.and_then(|team| team.member(team.due));
-        let needs_none = self.mission.brief.mixed.is_some() && due.is_some_and(|due| due.travel.is_none());
+        let needs_none = due.is_some_and(|due| due.travel.is_none());
         let right = prior.map_or(needs_none, |prior| {
             prior.run == state.run
                 && prior.cells.len() == self.mission.terrain.prior.len()

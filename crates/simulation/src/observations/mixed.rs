@@ -1,32 +1,32 @@
 //! Rare events among robots of all kinds.
 
-use contract::{Action, Branch, Record, Standing, Status, Vehicle};
+use contract::{Action, Body, Branch, Record, Standing, Status};
 
+use crate::expected::goal_cell;
+use crate::setup::Missions;
 use crate::world::World;
 
 impl World {
     /// Rare events that a record shows, before it is one of the checker's.
     pub(super) fn count_mixed(&mut self, record: &Record) {
-        let mission = self.checker.mission();
-        let Some(before) = self.checker.mixed() else { return };
-        let Some(robot) =
-            mission.fleet.as_ref().and_then(|fleet| fleet.robots.get(usize::from(record.robot.0)))
-        else {
+        if self.setup.missions != Missions::Mixed {
             return;
-        };
+        }
+        let (mission, before) = (self.checker.mission(), self.checker.robots());
+        let Some(robot) = mission.brief.robots.at(record.robot) else { return };
         let mut after = before.clone();
         after.committed(mission, record);
         let Record { outcome, action, status, .. } = record;
         let mut names = Vec::new();
-        if let (Vehicle::HopperTo { .. }, Action::Hop(direction)) = (robot.vehicle, *action)
+        if let (Body::Hopper(_), Action::Hop(direction)) = (robot.body, *action)
             && outcome.branch != Branch::Stranded
         {
             let end = motion::landing(&mission.brief.grid, outcome.from, direction, outcome.branch);
             names.extend((outcome.to != end).then_some("hop_stops_before_another"));
         }
-        names.extend(match (robot.vehicle, *action) {
-            (Vehicle::HopperTo { .. }, Action::Wait) => Some("hopper_waits"),
-            (Vehicle::Rover { .. }, Action::Wait) => Some("rover_waits"),
+        names.extend(match (robot.body, *action) {
+            (Body::Hopper(_), Action::Wait) => Some("hopper_waits"),
+            (Body::Rover(_), Action::Wait) => Some("rover_waits"),
             _ => None,
         });
         let is_treasure = mission.terrain.treasures.iter().position(|cell| *cell == outcome.to);
@@ -37,21 +37,17 @@ impl World {
         let was_active = before.standing(record.robot) == Some(Standing::Active);
         let ended =
             after.standing(record.robot).filter(|standing| was_active && *standing != Standing::Active);
-        let needed = after.needs(record.robot);
-        names.extend(match (ended, robot.vehicle) {
-            (Some(Standing::Done), Vehicle::HopperTo { goal }) if outcome.to == goal => {
-                Some("hopper_arrives")
-            }
-            (Some(Standing::Done), Vehicle::Driver { .. }) if *action == Action::Drive => {
-                Some("rover_arrives")
-            }
-            (Some(Standing::Done), _) if !needed && *action != Action::Done => Some("gives_up"),
-            (Some(Standing::Stranded), Vehicle::HopperTo { .. }) if needed => Some("hopper_is_lost"),
+        let is_at_goal = goal_cell(&mission.brief.grid, robot, 0) == Some(outcome.to);
+        names.extend(match (ended, robot.body) {
+            (Some(Standing::Done), Body::Hopper(_)) if is_at_goal => Some("hopper_arrives"),
+            (Some(Standing::Done), Body::Driver(_)) if *action == Action::Drive => Some("rover_arrives"),
+            (Some(Standing::Done), _) if !robot.required && *action != Action::Done => Some("gives_up"),
+            (Some(Standing::Stranded), Body::Hopper(_)) if robot.required => Some("hopper_is_lost"),
             _ => None,
         });
-        let goes_on = ended == Some(Standing::Stranded) && !needed && *status == Status::Underway;
+        let goes_on = ended == Some(Standing::Stranded) && !robot.required && *status == Status::Underway;
         names.extend(goes_on.then_some("goes_on_without_one"));
-        let closes = ended.is_some() && robot.vehicle.is_on_ground() && before.is_covering();
+        let closes = ended.is_some() && robot.body.is_on_ground() && before.is_covering();
         names.extend((closes && *status == Status::Underway).then_some("closed_to_rovers"));
         let is_early = *status == Status::Goal && after.is_any_active();
         names.extend(is_early.then_some("ends_while_others_act"));

@@ -1,29 +1,27 @@
 //! Rare events around routes: who announces, who sets off, what is asked for again.
 
-use contract::{Action, Branch, Command, Incarnation, PriorPage, Record, RouteRequest, Vehicle};
+use contract::{Account, Action, Body, Branch, Command, Incarnation, PriorPage, Record, RouteRequest};
 
 use crate::life::Life;
-use crate::scouts::Scouts;
 use crate::world::World;
 
 impl World {
     /// Rare events among a rover and helicopters that a record shows, before it is one of the checker's.
     pub(super) fn count_scouts(&mut self, record: &Record) {
-        let Some(fleet) = &self.checker.mission().fleet else { return };
-        if self.checker.scouts().is_none() {
-            return;
-        }
-        let Some(robot) = fleet.robots.get(usize::from(record.robot.0)) else { return };
-        if matches!(robot.vehicle, Vehicle::Rover { .. } | Vehicle::HopperTo { .. }) {
-            return;
-        }
-        if robot.vehicle == Vehicle::Hopper {
-            if record.outcome.branch == Branch::Stranded {
-                self.coverage.count("scouts", "hopper_out");
+        let brief = &self.checker.mission().brief;
+        let Some(robot) = brief.robots.at(record.robot) else { return };
+        let flies = match robot.body {
+            Body::Hopper(_) => {
+                let has_helicopters = brief.account == Account::Hopper && brief.has_team();
+                if has_helicopters && record.outcome.branch == Branch::Stranded {
+                    self.coverage.count("scouts", "hopper_out");
+                }
+                return;
             }
-            return;
-        }
-        let flies = matches!(robot.vehicle, Vehicle::Helicopter { .. });
+            Body::Rover(_) => return,
+            Body::Driver(_) => false,
+            Body::Helicopter(_) => true,
+        };
         let before = self.checker.records().iter().filter(|before| before.robot == record.robot);
         // Its last announcement, drive or flight.
         let moves =
@@ -33,12 +31,11 @@ impl World {
         let has_announced = last.is_some_and(|last| matches!(last.action, Action::Announce(_)));
         let is_stranded = record.outcome.branch == Branch::Stranded;
         let goes_on = record.origin.is_fallback();
-        if record.action == Action::Drive && self.checker.scouts().is_some_and(Scouts::has_misreadings) {
+        if record.action == Action::Drive && self.checker.scouts().has_misreadings() {
             self.coverage.count("scouts", "drives_misled");
         }
         let scouts = self.checker.scouts();
-        let is_later = scouts.is_some_and(|scouts| scouts.halts() > 0);
-        let begins = is_later && !scouts.is_some_and(|scouts| scouts.has_moved_in_stage(record.robot));
+        let begins = scouts.halts() > 0 && !scouts.has_moved_in_stage(record.robot);
         let event = match record.action {
             Action::Drive if record.outcome.branch == Branch::Halted && goes_on => Some("fallback_halted"),
             Action::Drive if record.outcome.branch == Branch::Halted => Some("halted"),
@@ -75,7 +72,7 @@ impl World {
     /// hopper-sim receives a command whose route it has not received, though its planner has sent it.
     pub(super) fn count_lost_announcement(&mut self, life: &Life, command: &Command) {
         let Action::Announce(id) = command.action else { return };
-        let is_sent = self.checker.scouts().is_some_and(|scouts| scouts.is_announced(command.run, id));
+        let is_sent = self.checker.scouts().is_announced(command.run, id);
         if is_sent && !self.scouting.received.contains(&(life.incarnation, command.run, id)) {
             self.coverage.count("scouts", "announcement_lost");
         }

@@ -2,7 +2,7 @@
 
 use std::ops::ControlFlow;
 
-use contract::{Action, RobotId, RouteId, Vehicle, Vetoed, Waypoint};
+use contract::{Action, Body, Helicopter, RobotId, RouteId, Vetoed, Waypoint};
 use rover::{Segment, Speed, traverse};
 
 use super::{Scouts, TOLERANCE_M, point};
@@ -12,8 +12,8 @@ impl Scouts {
     /// The drive of the rover that is due, if it is too dangerous by what anybody can know.
     pub fn blocked(&self) -> Vetoed {
         let drive = self.next().map(|due| &self.scouts[due]).and_then(|scout| {
-            let is_driver = matches!(scout.robot.vehicle, Vehicle::Driver { .. });
-            scout.next().filter(|to| is_driver && self.hazard(scout.at, *to) > self.hazard_max)
+            let drives = scout.robot.body.drives();
+            scout.next().filter(|to| drives && self.hazard(scout.at, *to) > self.hazard_max)
         });
         drive.map_or(Vetoed::NONE, |_| Vetoed::NONE.with(Action::Drive))
     }
@@ -47,11 +47,13 @@ impl Scouts {
     /// Whether the robot that is due may do that.
     pub fn may(&self, due: usize, action: Action) -> bool {
         let scout = &self.scouts[due];
-        let is_within_budget = |length_m: f64| match scout.robot.vehicle {
-            Vehicle::Helicopter { budget_m, .. } => length_m <= budget_m - scout.flown_m + TOLERANCE_M,
-            _ => true,
+        let is_within_budget = |length_m: f64| match scout.robot.body {
+            Body::Helicopter(Helicopter { budget_m, .. }) => {
+                length_m <= budget_m - scout.flown_m + TOLERANCE_M
+            }
+            Body::Hopper(_) | Body::Rover(_) | Body::Driver(_) => true,
         };
-        match (action, scout.robot.vehicle) {
+        match (action, scout.robot.body) {
             (Action::Hold | Action::Wait | Action::Done, _) => true,
             (Action::Announce(id), _) => self.points(due, id).is_some_and(|points| {
                 let begins_m = point(points[0]).distance_m(point(scout.at));
@@ -59,10 +61,8 @@ impl Scouts {
                 let on_map = points.iter().all(|at| self.surface.lattice().contains(point(*at)));
                 on_map && begins_m <= TOLERANCE_M && is_within_budget(length_m)
             }),
-            (Action::Drive, Vehicle::Driver { .. }) => {
-                scout.next().is_some() && self.blocked() == Vetoed::NONE
-            }
-            (Action::Fly, Vehicle::Helicopter { .. }) => {
+            (Action::Drive, Body::Driver(_)) => scout.next().is_some() && self.blocked() == Vetoed::NONE,
+            (Action::Fly, Body::Helicopter(_)) => {
                 scout.next().is_some_and(|to| is_within_budget(point(scout.at).distance_m(point(to))))
             }
             _ => false,

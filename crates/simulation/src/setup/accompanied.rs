@@ -1,10 +1,10 @@
 //! The hopper of a small world with one or two helicopters that look ahead for it.
 
-use contract::{Brief, Direction, Placement, Robot, RobotId, RobotSet, Sensor, Vehicle, Waypoint};
+use contract::{Body, Brief, Camera, Goal, Helicopter, LookAhead, Robot, RobotId, RobotSet, Sensor};
 use hopper_sim::Mission;
-use scenario::{Fault, Fleet};
+use scenario::Fault;
 
-use super::{HOPPER_PLANNERS, Missions, Seat, hopper_mission};
+use super::{HOPPER_PLANNERS, Missions, Seat, hopper_mission, team};
 use crate::chance::Chance;
 
 const HOPPER: RobotId = RobotId(0);
@@ -47,22 +47,21 @@ pub(super) fn mission(seed: u64, number: u64) -> Mission {
     let mission = hopper_mission(seed, number);
     let mut chance = Chance::new(seed ^ number.rotate_left(32), "accompanied");
     let robots = Missions::Accompanied.robots(seed);
-    let Brief { start: cell, grid, .. } = mission.brief;
-    let start = Waypoint::middle_of(&grid, cell);
-    let helicopter = |chance: &mut Chance| {
+    let hopper = mission.brief.robots[0];
+    let helicopter = |_: u16| {
         let (speed_mps, budget_m) = (chance.pick(&[0.2, 0.5, 5.0]), chance.pick(&[0.0, 2.5, 6.0, 20.0]));
-        let sensor = Sensor::Camera { radius_m: chance.pick(&[0.8, 1.5, 2.5]) };
-        (Vehicle::Helicopter { start, speed_mps, budget_m }, sensor)
+        Robot {
+            body: Body::Helicopter(Helicopter { speed_mps, budget_m }),
+            sensor: Sensor::Camera(Camera { radius_m: chance.pick(&[0.8, 1.5, 2.5]) }),
+            goal: Goal::LookAhead(LookAhead {}),
+            required: false,
+            ..hopper
+        }
     };
-    let robot = |number: u16| {
-        let hopper = (Vehicle::Hopper, Sensor::Disc);
-        let (vehicle, sensor) = if number == 0 { hopper } else { helicopter(&mut chance) };
-        Robot { vehicle, sensor, start: Placement { cell, heading: Direction::North } }
-    };
-    let fleet: Vec<Robot> = (0..robots).map(robot).collect();
+    let all: Vec<Robot> = std::iter::once(hopper).chain((1..robots).map(helicopter)).collect();
     let mut chance = Chance::new(seed ^ number.rotate_left(32), "accompanied faults");
     let fault = |robot: RobotId| chance.one_in(6).then(|| Fault { robot, action: chance.between(2, 12) });
     let faults = (0..robots).map(RobotId).filter_map(fault).collect();
-    let brief = Brief { robots, ..mission.brief };
-    Mission { brief, fleet: Some(Fleet { robots: fleet, faults }), ..mission }
+    let brief = Brief { robots: team(&all), ..mission.brief };
+    Mission { brief, faults, ..mission }
 }

@@ -1,7 +1,7 @@
 //! Missions of many decisions, whose pasts need several pages: one seed in [`ONE_IN`].
 
 use contract::limits::PAST_PAGE_RECORDS;
-use contract::{Grid, Guard, Limits, Patrol};
+use contract::{Cover, Goal, Grid, Guard, Limits, Visit};
 use hopper_sim::Mission;
 use terrain::Terrain;
 
@@ -11,7 +11,7 @@ use crate::chance::Chance;
 /// One seed in so many has long missions.
 const ONE_IN: u64 = 64;
 
-/// Hops of a patrol, and actions of a robot at most.
+/// Hops from goal to goal, and actions of a robot at most.
 const ACTIONS_MAX: u64 = 1_200;
 
 /// Actions of each robot at most, where the fallback takes most of its first actions.
@@ -40,9 +40,12 @@ pub(super) fn lengthen(missions: Missions, seed: u64, number: u64, mission: &mut
     brief.limits = Limits { steps_max: ACTIONS_MAX, ..brief.limits };
     match missions {
         Missions::Hopper | Missions::Accompanied => {
-            // Nothing ends the patrol early.
+            // Nothing ends the visits early.
             let hops = chance.between(500, 900);
-            brief.patrol = Patrol::new(&[brief.goal, brief.start], hops);
+            let hopper = &mut brief.robots[0];
+            let goal = hopper.goal.cell(&brief.grid, 0).expect("a hopper goes to cells");
+            let visit = Visit::new(&[goal, hopper.start.cell], hops).expect("start and goal differ");
+            hopper.goal = Goal::Visit(visit);
             brief.guard = Guard { hazard_max: 0.0, ..brief.guard };
             let mut terrain: Terrain = (*mission.terrain).clone();
             terrain.cells.iter_mut().for_each(|ground| ground.passable = true);
@@ -53,14 +56,16 @@ pub(super) fn lengthen(missions: Missions, seed: u64, number: u64, mission: &mut
             brief.limits.steps_max = ROBOT_ACTIONS_MAX;
         }
         Missions::Rovers => {
-            brief.cover = brief.cover.map(|cover| contract::Cover { percent: 100, ..cover });
+            for robot in brief.robots.iter_mut() {
+                if let Goal::Cover(Cover { percent, .. }) = &mut robot.goal {
+                    *percent = 100;
+                }
+            }
         }
     }
-    if let Some(fleet) = &mut mission.fleet {
-        fleet.faults.iter_mut().for_each(|fault| fault.action += 150);
-        if missions == Missions::Accompanied {
-            fleet.faults.retain(|fault| fault.robot.0 > 0);
-        }
+    mission.faults.iter_mut().for_each(|fault| fault.action += 150);
+    if missions == Missions::Accompanied {
+        mission.faults.retain(|fault| fault.robot.0 > 0);
     }
 }
 

@@ -1,21 +1,25 @@
-//! Robots of all kinds on a small map, each with a task of its own.
+//! Robots of all kinds on a small map, each with a goal of its own.
 
-use contract::limits::{DESIGNS_MAX, TREASURES_MAX};
+use contract::limits::TREASURES_MAX;
 use contract::{
-    Brief, Cell, Cover, CoverMode, Design, Designs, Direction, DriveSpeed, GradientSource, Grid, Guard,
-    Limits, MotionParameters, Placement, Profile, Robot, RobotId, RobotSet, Scout, Sensor, SensorParameters,
-    SoilMotion, SpeedPrior, Vehicle, Waypoint,
+    Account, Body, Brief, Camera, Cell, Cover, CoverMode, Direction, DriveSpeed, Driver, ErringCamera, Goal,
+    GradientSource, Grid, Guard, Helicopter, Hopper, Limits, LookAhead, MotionParameters, Placement, Profile,
+    Reach, Robot, RobotId, RobotSet, Rover, Sampling, Sensor, SensorParameters, SoilMotion, SpeedPrior,
+    Square, Track, Waypoint,
 };
 use hopper_sim::Mission;
-use scenario::{Fault, Fleet};
+use scenario::Fault;
 use terrain::Terrain;
 
 use super::scouts::{GOOD_M, certain, read, region, region_at};
-use super::{HOPPER_PLANNERS, Missions, Seat, brief_of, ground, guard, heights};
+use super::{BRIEF, HOPPER_PLANNERS, Missions, Seat, brief_of, ground, guard, heights, motion, team};
 use crate::chance::Chance;
 
 /// Hops within which a hopper's goal is.
 const WAY_HOPS: i32 = 4;
+
+/// Most ways to hop and see in a mission, beside the usual one.
+const DESIGNS_MAX: usize = 4;
 
 /// Side of the part of the map on which all begin in every other mission, cells: so they meet.
 const CROWD_CELLS: i32 = 5;
@@ -155,10 +159,18 @@ impl Places {
     }
 }
 
-/// A robot of that kind; of one that flies, the camera errs where it is right only so often.
+/// A robot of that kind; of one that flies, the camera errs where it is right only so often. How it hops, how much it shall cover and
+/// whether the mission requires it is drawn later.
 fn robot(kind: Kind, places: &mut Places, accuracy: Option<f64>, chance: &mut Chance) -> Robot {
     let (grid, heading) = (places.grid, chance.pick(&Direction::ALL));
-    let of = |vehicle, sensor, cell| Robot { vehicle, sensor, start: Placement { cell, heading } };
+    let of = |body, sensor, cell, goal| Robot {
+        body,
+        sensor,
+        start: Placement { cell, heading },
+        start_at: Waypoint::middle_of(&grid, cell),
+        goal,
+        required: false,
+    };
     let within = |cell: Cell, chance: &mut Chance| Waypoint {
         x_m: f64::from(cell.x) + 0.3 + 0.4 * chance.unit(),
         y_m: f64::from(cell.y) + 0.3 + 0.4 * chance.unit(),
@@ -167,30 +179,32 @@ fn robot(kind: Kind, places: &mut Places, accuracy: Option<f64>, chance: &mut Ch
         let cell = chance.pick(&grid.iter().collect::<Vec<_>>());
         let (speed_mps, budget_m) =
             (chance.pick(&[0.2, 0.5, 5.0]), chance.pick(&[0.0, 2.5, 6.0, 15.0, 40.0]));
-        let vehicle = Vehicle::Helicopter { start: Waypoint::middle_of(&grid, cell), speed_mps, budget_m };
         let radius_m = chance.pick(&[0.8, 1.5, 2.5]);
         // Now and then one that errs flies beside one that does not.
         let sensor = match accuracy {
-            Some(accuracy) if !chance.one_in(4) => Sensor::ErringCamera { radius_m, accuracy },
-            _ => Sensor::Camera { radius_m },
+            Some(accuracy) if !chance.one_in(4) => Sensor::ErringCamera(ErringCamera { radius_m, accuracy }),
+            _ => Sensor::Camera(Camera { radius_m }),
         };
-        return of(vehicle, sensor, cell);
+        let body = Body::Helicopter(Helicopter { speed_mps, budget_m });
+        return of(body, sensor, cell, Goal::LookAhead(LookAhead {}));
     }
     let cell = if kind == Kind::Rover { places.start_to_cover(chance) } else { places.start(chance) };
     match kind {
         Kind::Hopper => {
             let goal = places.goal(chance, cell, grid.hop_cells as i32);
-            of(Vehicle::HopperTo { goal }, Sensor::Disc, cell)
+            let body = Body::Hopper(Hopper { motion: motion() });
+            of(body, BRIEF.robots[0].sensor, cell, Goal::Reach(Reach::cell(&grid, goal)))
         }
         Kind::Driver => {
-            let (start, goal) = (within(cell, chance), places.goal(chance, cell, 1));
-            let (goal, goal_radius_m) = (within(goal, chance), chance.pick(&[0.3, 0.5, 1.0, 3.0]));
-            of(Vehicle::Driver { start, goal, goal_radius_m }, Sensor::Track, cell)
+            let (start_at, goal) = (within(cell, chance), places.goal(chance, cell, 1));
+            let (at, radius_m) = (within(goal, chance), chance.pick(&[0.3, 0.5, 1.0, 3.0]));
+            let goal = Goal::Reach(Reach { at, radius_m });
+            Robot { start_at, ..of(Body::Driver(Driver {}), Sensor::Track(Track {}), cell, goal) }
         }
         _ => {
             let speed_mps = chance.pick(&[0.3, 0.5, 1.0, 1.0, 2.0]);
-            let range_cells = chance.pick(&[1, 1, 2]);
-            of(Vehicle::Rover { speed_mps }, Sensor::Square { range_cells }, cell)
+            let sensor = Sensor::Square(Square { range_cells: chance.pick(&[1, 1, 2]) });
+            of(Body::Rover(Rover { speed_mps }), sensor, cell, Goal::Cover(Cover::default()))
         }
     }
 }
@@ -235,7 +249,7 @@ pub(super) fn mission(seed: u64, number: u64) -> Mission {
     let grid = Grid::new(width, height, 1.0, hop_cells).expect("a small grid is a grid");
     let accuracy = (has_speeds && chance.one_in(3)).then(|| chance.pick(&[0.5, 0.9, 0.99]));
     let mut places = Places::new(grid, &mut chance);
-    let robots: Vec<Robot> =
+    let mut robots: Vec<Robot> =
         kinds.iter().map(|kind| robot(*kind, &mut places, accuracy, &mut chance)).collect();
     let mut terrain = terrain(own_seed, grid, &places, has_speeds, &mut chance);
     if let Some(accuracy) = accuracy
@@ -246,16 +260,16 @@ pub(super) fn mission(seed: u64, number: u64) -> Mission {
     let count = robots.len() as u16;
     let fault = |robot: RobotId| chance.one_in(6).then(|| Fault { robot, action: chance.between(1, 10) });
     let faults = (0..count).map(RobotId).filter_map(fault).collect();
-    let brief = brief_of(&mut chance, count, grid);
-    let mut brief = Brief {
+    let brief = brief_of(&mut chance, Account::ActionsWithoutWaits, grid);
+    let brief = Brief {
         profile: chance.pick(&Profile::ALL),
-        start: robots[0].start.cell,
-        goal: places.goals.last().copied().unwrap_or(robots[0].start.cell),
         limits: Limits { steps_max: chance.between(8, 26), decision_budget_ns: 600_000_000 },
         guard: Guard { hazard_max: chance.pick(&[1.0, 1.0, 0.3, 0.06, 0.0]), ..guard(seed, number) },
-        cover: has(Kind::Rover)
-            .then(|| Cover { percent: chance.pick(&[2, 5, 10, 25, 100]), mode: CoverMode::Overlap }),
-        scout: has(Kind::Driver).then(|| Scout {
+        ..brief
+    };
+    let percent = has(Kind::Rover).then(|| chance.pick(&[2, 5, 10, 25, 100]));
+    let mut brief = Brief {
+        sampling: has(Kind::Driver).then(|| Sampling {
             seed: chance.bits(),
             rover_samples: chance.between(10, 40) as u32,
             helicopter_samples: chance.between(10, 40) as u32,
@@ -265,20 +279,35 @@ pub(super) fn mission(seed: u64, number: u64) -> Mission {
     };
     let required = required(&kinds, &mut chance);
     let measures = brief.profile == Profile::Paper2023 || !has(Kind::Hopper);
-    brief.sensor.gradient = if measures { GradientSource::Measured } else { GradientSource::SeenDifferences };
-    (brief.sensor.gain, brief.sensor.offset_m) = (chance.pick(&[1.0, 2.0]), 0.4);
-    brief.sensor.radius_min_m = grid.hop_distance_m();
-    brief.sensor.radius_max_m = 4.0;
+    let sensor = SensorParameters {
+        gain: chance.pick(&[1.0, 2.0]),
+        offset_m: 0.4,
+        radius_min_m: grid.hop_distance_m(),
+        radius_max_m: 4.0,
+        gradient: if measures { GradientSource::Measured } else { GradientSource::SeenDifferences },
+    };
     brief.payoff.treasure = chance.pick(&[0.0, 10.0, 60.0]);
     brief.priors.treasures = terrain.treasures.len() as u32;
-    let designs = designs(&kinds, &brief, &mut chance);
-    brief.mixed = Some(contract::Mixed { required, designs });
-    Mission { brief, terrain: terrain.into(), seed: chance.bits(), fleet: Some(Fleet { robots, faults }) }
+    let designs = designs(&kinds, (motion(), sensor), &mut chance);
+    for ((number, robot), (motion, sensor)) in (0..).map(RobotId).zip(&mut robots).zip(designs) {
+        robot.required = required.has(number);
+        if robot.body.hops() {
+            (robot.body, robot.sensor) = (Body::Hopper(Hopper { motion }), Sensor::Disc(sensor));
+        }
+        if let (Goal::Cover(cover), Some(percent)) = (&mut robot.goal, percent) {
+            *cover = Cover { percent, mode: CoverMode::Overlap };
+        }
+    }
+    brief.robots = team(&robots);
+    Mission { brief, terrain: terrain.into(), seed: chance.bits(), faults }
 }
 
-/// How hoppers hop and see: some of them more carefully than the others, or further.
-fn designs(kinds: &[Kind], brief: &Brief, chance: &mut Chance) -> Designs {
-    let Brief { motion, sensor, .. } = *brief;
+/// How a hopper hops, and how far it sees.
+type Design = (MotionParameters, SensorParameters);
+
+/// How each robot hops and sees if it is a hopper: some of them more carefully than the `usual`, or further.
+fn designs(kinds: &[Kind], usual: Design, chance: &mut Chance) -> Vec<Design> {
+    let (motion, sensor) = usual;
     let mut other = |kind: &Kind| {
         let differs = *kind == Kind::Hopper && chance.one_in(2);
         differs.then(|| {
@@ -288,26 +317,24 @@ fn designs(kinds: &[Kind], brief: &Brief, chance: &mut Chance) -> Designs {
                 ..soil
             };
             let stuck = chance.pick(&[0.0, 0.2]);
-            Design {
-                motion: MotionParameters {
-                    hard: soil(motion.hard, stuck),
-                    sand: soil(motion.sand, stuck),
-                    launch_angle_rad: chance.pick(&[motion.launch_angle_rad, 1.2]),
-                    ..motion
-                },
-                sensor: SensorParameters { gain: chance.pick(&[0.0, sensor.gain, 4.0]), ..sensor },
-            }
+            let own = MotionParameters {
+                hard: soil(motion.hard, stuck),
+                sand: soil(motion.sand, stuck),
+                launch_angle_rad: chance.pick(&[motion.launch_angle_rad, 1.2]),
+                ..motion
+            };
+            (own, SensorParameters { gain: chance.pick(&[0.0, sensor.gain, 4.0]), ..sensor })
         })
     };
     let mut known: Vec<Design> = Vec::new();
-    Designs::new(kinds.iter().map(|kind| {
-        let own = other(kind)?;
+    let design = |kind: &Kind| {
+        let Some(own) = other(kind) else { return usual };
         if !known.contains(&own) && known.len() < DESIGNS_MAX {
             known.push(own);
         }
-        known.contains(&own).then_some(own)
-    }))
-    .expect("no more designs than a mission may have")
+        if known.contains(&own) { own } else { usual }
+    };
+    kinds.iter().map(design).collect()
 }
 
 /// Most robots on the ground, one of them at least.
@@ -329,7 +356,7 @@ fn required(kinds: &[Kind], chance: &mut Chance) -> RobotSet {
 
 #[cfg(test)]
 mod tests {
-    use contract::wire::BriefV9;
+    use contract::wire::{BriefV10, RobotV1, brief_from_wire};
 
     use super::*;
 
@@ -338,14 +365,12 @@ mod tests {
     #[test]
     fn every_mission_has_a_brief_of_the_wire_and_robots_apart() {
         for seed in 0..300 {
-            let Mission { brief, fleet, terrain, .. } = mission(seed, seed % 3);
-            assert_eq!(Brief::try_from(&BriefV9::from(&brief)).as_ref(), Ok(&brief), "seed {seed}");
-            let robots = fleet.unwrap_or_else(|| panic!("seed {seed} has robots")).robots;
-            let mut starts: Vec<Cell> = robots
-                .iter()
-                .filter(|robot| robot.vehicle.is_on_ground())
-                .map(|robot| robot.start.cell)
-                .collect();
+            let Mission { brief, terrain, .. } = mission(seed, seed % 3);
+            let robots: Vec<RobotV1> = brief.robots.iter().map(RobotV1::from).collect();
+            let read = brief_from_wire(&BriefV10::from(&brief), &robots);
+            assert_eq!(read.as_ref(), Ok(&brief), "seed {seed}");
+            let on_ground = brief.robots.iter().filter(|robot| robot.body.is_on_ground());
+            let mut starts: Vec<Cell> = on_ground.map(|robot| robot.start.cell).collect();
             assert!(
                 starts.iter().all(|start| terrain.ground(*start).is_some_and(|ground| ground.is_drivable()))
             );
@@ -353,10 +378,10 @@ mod tests {
             starts.sort();
             starts.dedup();
             assert_eq!(starts.len(), count, "seed {seed}");
-            let needed = brief.mixed.unwrap_or_else(|| panic!("seed {seed} is mixed")).required;
+            let mut required = brief.robots.iter().filter(|robot| robot.required).peekable();
             assert!(
-                needed.0 != 0
-                    && needed.iter().all(|robot| robots[usize::from(robot.0)].vehicle.is_on_ground())
+                required.peek().is_some() && required.all(|robot| robot.body.is_on_ground()),
+                "seed {seed}"
             );
         }
     }

@@ -1,14 +1,15 @@
 //! A rover that drives to a goal over a small map of uncertain speed, with one or two helicopters.
 
 use contract::{
-    Brief, Direction, DriveSpeed, Grid, Ground, Guard, Limits, Placement, Robot, RobotId, RobotSet, Scout,
-    Sensor, SpeedPrior, Vehicle, Waypoint,
+    Account, Body, Brief, Camera, Direction, DriveSpeed, Driver, ErringCamera, Goal, Grid, Ground, Guard,
+    Helicopter, Limits, LookAhead, Placement, Reach, Robot, RobotId, RobotSet, Sampling, Sensor, SpeedPrior,
+    Track, Waypoint,
 };
 use hopper_sim::Mission;
-use scenario::{Fault, Fleet};
+use scenario::Fault;
 use terrain::Terrain;
 
-use super::{Missions, Seat, brief_of, guard};
+use super::{Missions, Seat, brief_of, guard, team};
 use crate::chance::Chance;
 
 /// Distance from start and goal up to which the ground is good for certain, metres.
@@ -94,47 +95,47 @@ pub(super) fn mission(seed: u64, number: u64) -> Mission {
     }
     let mut robot = |chance: &mut Chance, number: u16| {
         let cell = grid.cell((start.y_m as usize) * grid.width as usize + start.x_m as usize);
-        let (vehicle, sensor) = if number == rover.0 {
-            let goal_radius_m = chance.pick(&[0.5, 1.0, 3.0]);
-            (Vehicle::Driver { start, goal, goal_radius_m }, Sensor::Track)
+        let required = number == rover.0;
+        let (body, sensor, goal) = if required {
+            let reach = Reach { at: goal, radius_m: chance.pick(&[0.5, 1.0, 3.0]) };
+            (Body::Driver(Driver {}), Sensor::Track(Track {}), Goal::Reach(reach))
         } else {
             let (speed_mps, budget_m) = (chance.pick(&[0.002, 0.5, 5.0]), chance.pick(&[6.0, 15.0, 40.0]));
-            let vehicle = Vehicle::Helicopter { start, speed_mps, budget_m };
             let radius_m = chance.pick(&[0.8, 1.5, 2.5]);
-            (
-                vehicle,
-                match accuracy {
-                    // Now and then one that errs flies beside one that does not.
-                    Some(accuracy) if !errors.one_in(4) => Sensor::ErringCamera { radius_m, accuracy },
-                    _ => Sensor::Camera { radius_m },
-                },
-            )
+            let sensor = match accuracy {
+                // Now and then one that errs flies beside one that does not.
+                Some(accuracy) if !errors.one_in(4) => {
+                    Sensor::ErringCamera(ErringCamera { radius_m, accuracy })
+                }
+                _ => Sensor::Camera(Camera { radius_m }),
+            };
+            let body = Body::Helicopter(Helicopter { speed_mps, budget_m });
+            (body, sensor, Goal::LookAhead(LookAhead {}))
         };
-        Robot { vehicle, sensor, start: Placement { cell, heading: chance.pick(&Direction::ALL) } }
+        let start_cell = Placement { cell, heading: chance.pick(&Direction::ALL) };
+        Robot { body, sensor, start: start_cell, start_at: start, goal, required }
     };
     let robots: Vec<Robot> = (0..count).map(|number| robot(&mut chance, number)).collect();
     let fault = |robot: RobotId| chance.one_in(5).then(|| Fault { robot, action: chance.between(1, 8) });
     let faults = (0..count).map(RobotId).filter_map(fault).collect();
-    let brief = brief_of(&mut chance, count, grid);
+    let brief = brief_of(&mut chance, Account::Actions, grid);
     let brief = Brief {
-        start: robots[usize::from(rover.0)].start.cell,
-        goal: grid.cell((goal.y_m as usize) * grid.width as usize + goal.x_m as usize),
         limits: Limits {
             steps_max: chance.between(10, 24) * u64::from(stages),
             decision_budget_ns: 600_000_000,
         },
         guard: Guard { hazard_max: chance.pick(&[1.0, 1.0, 0.3, 0.01]), ..guard(seed, number) },
-        cover: None,
-        scout: Some(Scout {
+        sampling: Some(Sampling {
             seed: chance.bits(),
             // A long way takes more samples.
             rover_samples: chance.between(10, 40) as u32 * if stages > 1 { 8 } else { 1 },
             helicopter_samples: chance.between(10, 40) as u32,
             stages,
         }),
+        robots: team(&robots),
         ..brief
     };
-    Mission { brief, terrain: terrain.into(), seed: chance.bits(), fleet: Some(Fleet { robots, faults }) }
+    Mission { brief, terrain: terrain.into(), seed: chance.bits(), faults }
 }
 
 /// Adds what a camera that is right so often reads of each cell.

@@ -19,9 +19,9 @@ impl Simulation<'_> {
     /// Opens the journal, or begins one; what cannot be opened for want of room is tried again.
     pub(super) fn open_journal(&mut self) -> Option<Journal<Disk>> {
         let world = &mut *self.world.borrow_mut();
-        let Mission { brief, terrain, seed, fleet } = world.checker.mission();
+        let Mission { brief, terrain, seed, faults } = world.checker.mission();
         let header =
-            JournalHeader { brief: *brief, seed: *seed, resolved: String::new(), fleet: fleet.clone() };
+            JournalHeader { brief: *brief, seed: *seed, resolved: String::new(), faults: faults.clone() };
         let (disk, sync) = (world.disk.clone(), world.setup.sync);
         let file = disk.clone();
         let fresh = disk.is_empty();
@@ -100,9 +100,9 @@ impl Simulation<'_> {
         if let Some((planner, hops)) = elsewhere {
             kept.extend(fly_elsewhere(world.checker.mission(), &kept, planner, hops));
         }
-        let Mission { brief, seed, fleet, .. } = world.checker.mission();
+        let Mission { brief, seed, faults, .. } = world.checker.mission();
         let header =
-            JournalHeader { brief: *brief, seed: *seed, resolved: String::new(), fleet: fleet.clone() };
+            JournalHeader { brief: *brief, seed: *seed, resolved: String::new(), faults: faults.clone() };
         let elsewhere = Disk::default();
         let written = Journal::create_on(elsewhere.clone(), &header, true)
             .and_then(|mut journal| kept.iter().try_for_each(|record| append(&mut journal, record, &routes)));

@@ -18,7 +18,7 @@ impl Body for Helicopter {
     fn refusal(&self, team: &RobotTeam, _: &Terrain, robot: RobotId, action: Action) -> Option<Refusal> {
         match action {
             Action::Announce(id) => refusal_of_route(team, robot, id),
-            _ => team.travels.refusal_of_flight(team.vehicle(robot), robot, action),
+            _ => team.travels.refusal_of_flight(team.body(robot), robot, action),
         }
     }
 

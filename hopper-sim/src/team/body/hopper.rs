@@ -3,14 +3,15 @@
 //! What is too dangerous the guard vetoes. A hop that would stray onto another robot on the ground ends where it began, so that
 //! all landings are whole hops apart. A hopper that fails stays where it is.
 
-use contract::{Action, Branch, Cell, Flight, Outcome, Policy, Pose, Refusal, RobotId, Vehicle};
+use contract::{Action, Branch, Cell, Flight, Outcome, Policy, Pose, Refusal, RobotId};
 use terrain::Terrain;
 
 use super::{Act, Body, Movement, waits};
 use crate::Mission;
 use crate::dynamics::outcome_of_hop;
 use crate::guard::{Fallback, Guard};
-use crate::team::{Account, RobotTeam};
+use crate::team::RobotTeam;
+use contract::Account;
 
 /// Hoppers, each by its own design.
 #[derive(Clone, Copy, Debug)]
@@ -25,7 +26,7 @@ impl Body for Hopper {
         action: Action,
     ) -> Option<Refusal> {
         // A hopper whose steps alone are counted has nobody to wait for.
-        let may_wait = team.account != Account::Hopper;
+        let may_wait = team.brief.account != Account::Hopper;
         match action {
             Action::Wait if may_wait => return None,
             Action::Hold | Action::Hop(_) => {}
@@ -66,10 +67,8 @@ impl Body for Hopper {
         visits: u64,
         policy: Option<&Policy>,
     ) -> Fallback {
-        let goal = match team.roster.entry(robot).robot.vehicle {
-            Vehicle::HopperTo { goal } => goal,
-            _ => team.brief.goal_after(visits),
-        };
+        let entry = team.roster.entry(robot);
+        let goal = entry.robot.goal.cell(&team.brief.grid, visits).unwrap_or(entry.at.cell);
         let may = |action| occupied(team, robot, action).is_none();
         guard(team, terrain, robot).fallback(goal, policy, may)
     }

@@ -6,7 +6,9 @@ mod hopper;
 mod rover;
 
 use ::rover::Drive;
-use contract::{Action, Branch, Flight, Origin, Outcome, Policy, Record, Refusal, RobotId, RouteId, Vehicle};
+use contract::{
+    Action, Body as Kind, Branch, Flight, Origin, Outcome, Policy, Record, Refusal, RobotId, RouteId,
+};
 use terrain::Terrain;
 
 use super::RobotTeam;
@@ -63,7 +65,7 @@ pub trait Body {
         policy: Option<&Policy>,
     ) -> Fallback {
         let _ = (visits, policy);
-        if let Some(action) = team.vehicle(robot).along_route()
+        if let Some(action) = team.body(robot).along_route()
             && team.refusal_of(terrain, robot, action).is_none()
         {
             return Fallback { action, origin: Origin::Policy };
@@ -72,14 +74,14 @@ pub trait Body {
     }
 }
 
-/// The body of a vehicle.
+/// What a body of that kind does.
 #[must_use]
-pub fn of(vehicle: Vehicle) -> &'static dyn Body {
-    match vehicle {
-        Vehicle::Hopper | Vehicle::HopperTo { .. } => &hopper::Hopper,
-        Vehicle::Rover { .. } => &rover::Rover,
-        Vehicle::Driver { .. } => &driver::Driver,
-        Vehicle::Helicopter { .. } => &helicopter::Helicopter,
+pub fn of(kind: Kind) -> &'static dyn Body {
+    match kind {
+        Kind::Hopper(_) => &hopper::Hopper,
+        Kind::Rover(_) => &rover::Rover,
+        Kind::Driver(_) => &driver::Driver,
+        Kind::Helicopter(_) => &helicopter::Helicopter,
     }
 }
 
@@ -91,7 +93,7 @@ fn waits(team: &RobotTeam, robot: RobotId) -> Outcome {
 
 /// Why a robot that goes from point to point shall not announce a route, if there is a reason.
 fn refusal_of_route(team: &RobotTeam, robot: RobotId, route: RouteId) -> Option<Refusal> {
-    team.travels.refusal_of_route(team.vehicle(robot), robot, route, |at| team.is_on_map(at))
+    team.travels.refusal_of_route(team.body(robot), robot, route, |at| team.is_on_map(at))
 }
 
 /// What any action but a drive comes to of a robot that goes from point to point.

@@ -4,7 +4,7 @@
 //! other robot stands on and that is no hopper's goal. What a step takes is its way divided by the rover's speed; to hold takes
 //! a second. A rover that fails stays where it is for good and still occupies its cell.
 
-use contract::{Action, Branch, Cell, Direction, Flight, Outcome, Refusal, RobotId, Vehicle};
+use contract::{Action, Body as Kind, Branch, Cell, Direction, Flight, Outcome, Refusal, RobotId};
 use terrain::Terrain;
 
 use super::{Act, Body, Movement, waits};
@@ -50,14 +50,14 @@ impl Body for Rover {
             let flight = Flight { flight_time_s: 1.0, flights: 1, ..Flight::default() };
             Outcome { branch, from, to: from, flight }
         };
-        Movement::InCells(match (action, entry.robot.vehicle) {
+        Movement::InCells(match (action, entry.robot.body) {
             _ if team.roster.fails_now(robot) => stays(Branch::Stranded),
-            (Action::Step(direction), Vehicle::Rover { speed_mps }) => {
+            (Action::Step(direction), Kind::Rover(rover)) => {
                 let terrain = &mission.terrain;
                 let to = beside(from, direction);
                 let height_m = |cell| terrain.ground(cell).map_or(0.0, |ground| ground.height_m);
                 let (range_m, rise_m) = (terrain.grid.cell_size_m, height_m(to) - height_m(from));
-                let flight_time_s = libm::hypot(range_m, rise_m) / speed_mps;
+                let flight_time_s = libm::hypot(range_m, rise_m) / rover.speed_mps;
                 let flight = Flight { range_m, rise_m, flight_time_s, flights: 1, ..Flight::default() };
                 Outcome { branch: Branch::Intended, from, to, flight }
             }

@@ -141,17 +141,17 @@ export class MissionHistory {
     return isRecalled ? null : last;
   }
 
-  /** What a robot is: rover, driver, helicopter, hopper or hopper_to, with its parameters; null as long as nobody has told. */
+  /** What a robot is: rover, driver, helicopter or hopper, with its start and its goal; null as long as nobody has told. */
   vehicle(robot) {
-    const vehicle = this.status?.progress?.robots?.[robot]?.robot.vehicle;
+    const vehicle = this.status?.progress?.robots?.[robot]?.robot?.vehicle;
     if (!vehicle) return null;
-    const [kind] = typeof vehicle === "string" ? [vehicle] : Object.keys(vehicle);
-    return { kind, ...(vehicle[kind] ?? {}) };
+    const [kind] = Object.keys(vehicle);
+    return { kind, ...vehicle[kind] };
   }
 
   /** How far a robot's camera sees to each side, in cells; null without a camera. */
   viewCells(robot) {
-    const sensor = this.status?.progress?.robots?.[robot]?.robot.sensor;
+    const sensor = this.status?.progress?.robots?.[robot]?.robot?.sensor;
     const camera = sensor?.camera ?? sensor?.erring_camera;
     return camera ? camera.radius_m / this.mission.grid.cell_size_m : null;
   }

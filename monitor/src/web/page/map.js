@@ -869,8 +869,8 @@ export class MapView {
     if (!history.mission.hops) {
       for (let robot = 0; robot < history.robots; robot += 1) {
         const vehicle = history.vehicle(robot);
-        if (vehicle?.kind === "hopper_to") symbol(star(...this.spot([vehicle.goal.x, vehicle.goal.y], frame), size), GOAL, LIGHT);
-        if (vehicle?.kind !== "driver") continue;
+        if (vehicle?.kind === "hopper" && vehicle.goal) symbol(star(...this.spot([vehicle.goal.x, vehicle.goal.y], frame), size), GOAL, LIGHT);
+        if (vehicle?.kind !== "driver" || !vehicle.goal) continue;
         const cells = ({ x_m: x, y_m: y }) => [x, y].map((m) => m / history.mission.grid.cell_size_m);
         const [[startX, startY], [goalX, goalY]] = [vehicle.start, vehicle.goal].map((place) => this.corner(cells(place), frame));
         symbol(() => context.arc(startX, startY, size * 0.8, 0, 2 * Math.PI), START, LIGHT);

@@ -1,10 +1,10 @@
 //! `hopper bag export`: prints a recording as rows for tables and scripts.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::io::{self, ErrorKind, Write};
 
 use contract::spelling::did_you_mean;
-use contract::{Member, Robot, Stage, Team};
+use contract::{Member, Robots, RunId, Stage, Team};
 use hopper::commands::topic::{summary, unit};
 use hopper::stdout::unwritten;
 use node::{Exit, Failure};
@@ -85,9 +85,10 @@ fn other_topics(recording: &Recording<'_>) -> BTreeSet<String> {
 fn json_messages<'a>(recording: &'a Recording<'a>, topic: &'a str) -> impl Iterator<Item = Row> + 'a {
     let of_topic = recording.entries().filter(move |entry| entry.known.is_none() && entry.topic == topic);
     let is_team = JsonMessage::topic::<Team>().as_deref() == Some(topic);
+    let briefed = if is_team { briefed(recording) } else { BTreeMap::new() };
     of_topic.flat_map(move |entry| {
         let rows = match is_team {
-            true => serde_json::from_slice(entry.data).map(|team| robots(&team)),
+            true => serde_json::from_slice(entry.data).map(|team| robots(&team, &briefed)),
             false => serde_json::from_slice::<Map<_, _>>(entry.data).map(|fields| vec![fields]),
         };
         let stamped = |mut row: Map<String, Value>| {
@@ -104,16 +105,33 @@ fn json_messages<'a>(recording: &'a Recording<'a>, topic: &'a str) -> impl Itera
     })
 }
 
-/// The robots at one decision.
-fn robots(team: &Team) -> Vec<Map<String, Value>> {
+/// The robots of each run.
+fn briefed(recording: &Recording<'_>) -> BTreeMap<RunId, Robots> {
+    let briefs = recording.entries().filter(|entry| entry.known == Some(Channel::Brief));
+    let robots = |entry: Entry<'_>| match entry.message() {
+        Ok(Some(RecordedMessage::Brief(brief))) => Some((brief.run, brief.robots)),
+        _ => None,
+    };
+    briefs.filter_map(robots).collect()
+}
+
+/// The robots at one decision, each with what its brief says of it, if the recording has that.
+fn robots(team: &Team, briefed: &BTreeMap<RunId, Robots>) -> Vec<Map<String, Value>> {
     let &Team { decision, due, actor, .. } = team;
+    let described = briefed.get(&team.run);
     let row = |(robot, member): (usize, &Member)| {
-        let Member { robot: Robot { vehicle, sensor, start }, at, ready_at_ns, standing, .. } = member;
-        let row = json!({
-            "decision": decision, "due": due, "actor": actor, "robot": robot, "vehicle": vehicle, "sensor": sensor,
-            "start": start, "at": at, "ready_at_ns": ready_at_ns, "standing": standing, "leader": member.leader,
-            "last": member.last, "travel": member.travel, "waits": member.waits,
+        let Member { at, ready_at_ns, standing, leader, last, travel, waits } = member;
+        let mut row = json!({
+            "decision": decision, "due": due, "actor": actor, "robot": robot, "at": at, "ready_at_ns": ready_at_ns,
+            "standing": standing, "leader": leader, "last": last, "travel": travel, "waits": waits,
         });
+        if let Some(robot) = described.and_then(|robots| robots.get(robot)) {
+            row["body"] = json!(robot.body);
+            row["sensor"] = json!(robot.sensor);
+            row["start"] = json!(robot.start);
+            row["start_at"] = json!(robot.start_at);
+            row["goal"] = json!(robot.goal);
+        }
         if let Value::Object(row) = row { row } else { Map::new() }
     };
     team.members.iter().enumerate().map(row).collect()
@@ -259,7 +277,7 @@ fn as_json(mut out: impl Write, rows: impl Iterator<Item = Row>) -> Result<Skipp
 }
 
 /// Nested fields become columns joined by points, in the order of their names but for the decision, which comes
-/// first; lists become their length. A column whose field is not named after its unit gets it. The rows are made twice,
+/// first; lists become their length, and what has no fields is written as `{}`. A column whose field is not named after its unit gets it. The rows are made twice,
 /// first for the names of the columns. Returns the messages that have no row.
 fn as_csv<R: Iterator<Item = Row>>(
     out: impl Write,
@@ -299,7 +317,7 @@ fn plain(value: &Value) -> String {
 fn flat(value: &Value) -> Map<String, Value> {
     fn walk(into: &mut Map<String, Value>, path: &str, value: &Value) {
         match value {
-            Value::Object(fields) => {
+            Value::Object(fields) if !fields.is_empty() => {
                 for (key, value) in fields {
                     let path = if path.is_empty() { key.clone() } else { format!("{path}.{key}") };
                     walk(into, &path, value);

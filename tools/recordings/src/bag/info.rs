@@ -440,6 +440,14 @@ mod tests {
         assert!(late.complete && text.contains("missing     no decision"), "{text}");
     }
 
+    /// The mission with a second robot, which looks ahead for the first.
+    fn with_another(brief: &Brief) -> Brief {
+        let first = brief.robots[0];
+        let goal = contract::Goal::LookAhead(contract::LookAhead {});
+        let robots = [first, contract::Robot { goal, required: false, ..first }];
+        Brief { robots: contract::Robots::new(&robots).unwrap(), ..*brief }
+    }
+
     /// P-BAG-TOPICS: A topic without messages, of which every recording of such a mission has some,
     /// is reported as missing.
     #[test]
@@ -462,7 +470,7 @@ mod tests {
         let late = told(flown().filter(|message| message.topic() != Channel::Map));
         assert_eq!(late.missing_topics, [""; 0]);
         let team = told(flown().map(|message| match message {
-            RecordedMessage::Brief(brief) => RecordedMessage::Brief(Brief { robots: 2, ..brief }),
+            RecordedMessage::Brief(brief) => RecordedMessage::Brief(with_another(&brief)),
             other => other,
         }));
         assert_eq!(team.missing_topics, ["hop/team"]);

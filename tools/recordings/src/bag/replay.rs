@@ -112,8 +112,8 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
              all of its decisions anew",
             path.display(),
             flown.brief.scenario,
-            flown.brief.robots,
-            if flown.brief.robots == 1 { "robot that is no hopper" } else { "robots" }
+            flown.brief.robots.count(),
+            if flown.brief.robots.count() == 1 { "robot that is no hopper" } else { "robots" }
         )));
     }
     let first = flown.records.values().next().map(|record| record.leader.planner.to_string());
@@ -131,16 +131,17 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
 
 /// Refuses a planner that cannot decide for a hopper that is alone, and one that this program does not have.
 fn check(name: &str, is_given: bool, brief: &Brief) -> Result<(), Failure> {
+    let hopper = &brief.robots[0];
     match algorithm(name) {
         Err(_) if !is_given => Err(Failure::usage(format!(
             "its decisions are those of {name}, a planner of one's own: name one of {} with --planner",
-            planner::suited(brief, None).join(", ")
+            planner::suited(brief, hopper).join(", ")
         ))),
         Err(error) => Err(Failure::usage(error)),
-        Ok(planner) if !planner.suits(brief.task()) => Err(Failure::usage(format!(
+        Ok(planner) if !planner.suits(hopper) => Err(Failure::usage(format!(
             "scenario {} needs one of the planners {}, got {name}",
             brief.scenario,
-            planner::suited(brief, None).join(", ")
+            planner::suited(brief, hopper).join(", ")
         ))),
         Ok(_) => Ok(()),
     }
@@ -159,7 +160,7 @@ fn replay(
     let mut metronome = Metronome { rate: args.rate, began, first: None };
     let mut deciding = Duration::ZERO;
     for (logged, message) in recording.messages().filter_map(Result::ok) {
-        let Some(PendingDecision { brief, map, state }) = playback.on(&message, logged) else {
+        let Some(PendingDecision { brief, leg, map, state }) = playback.on(&message, logged) else {
             if matches!(message, RecordedMessage::Brief(_))
                 && playback.brief().map(|b| b.run) == Some(flown.brief.run)
             {
@@ -176,10 +177,10 @@ fn replay(
             break;
         }
         let started = Instant::now();
-        let plan = planner.plan(
-            &Situation { brief: &brief, map, state: &state.of_its_past(), team: None, scouting: None },
-            &Budget::default(),
-        );
+        let past_state = state.of_its_past();
+        let situation =
+            Situation { brief, leg: leg.as_ref(), map, state: &past_state, team: None, scouting: None };
+        let plan = planner.plan(&situation, &Budget::default());
         deciding += started.elapsed();
         let decided = Anew { cell: state.pose.cell, action: plan.action, observation: map.observation() };
         anew.insert((state.decision, state.vetoed), decided);
@@ -312,7 +313,7 @@ mod tests {
         let bytes = include_bytes!("../../../../tests/golden/hard.mcap");
         let recording = Recording::read(bytes).expect("a recording of the release before");
         let brief = last_run(&recording).expect("it has a mission").brief;
-        for suited in planner::suited(&brief, None) {
+        for suited in planner::suited(&brief, &brief.robots[0]) {
             assert!(check(suited, true, &brief).is_ok(), "{suited}");
         }
         let unsuited =

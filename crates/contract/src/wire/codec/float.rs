@@ -2,7 +2,7 @@
 
 use super::{Codec, Ends};
 use crate::limits::{GRADIENT_MAX, LENGTH_MAX_M, PAYOFF_MAX};
-use crate::{Range, Refusal};
+use crate::{Camera, Range, Refusal};
 
 /// A float within `min..=max`, or each of several; NaN is never within.
 #[derive(Clone, Copy)]
@@ -32,6 +32,18 @@ pub(crate) const PAYOFF: Float = float(-PAYOFF_MAX, PAYOFF_MAX);
 
 /// A probability or a share.
 pub(crate) const PROBABILITY: Float = float(0.0, 1.0);
+
+/// A speed, m/s: from 0.1 mm a Sol to what is faster than any vehicle.
+pub(crate) const SPEED: Float = float(1.0e-9, 1.0e3);
+
+/// How far a camera sees, metres.
+pub(crate) const RADIUS: Float = float(f64::MIN_POSITIVE, Camera::RADIUS_MAX_M);
+
+/// Angle of a launch above the horizontal, radians: neither flat nor straight up, where a hop gets nowhere.
+pub(crate) const LAUNCH_ANGLE: Float = float(0.01, 1.56);
+
+/// Gain of the sensor of a hopper, metres of radius per metre of height.
+pub(crate) const SENSOR_GAIN: Float = float(0.0, 1.0e6);
 
 impl Codec<f64> for Float {
     type Value = f64;

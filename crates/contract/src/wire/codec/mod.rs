@@ -17,13 +17,13 @@ use crate::Refusal;
 pub(crate) use bits::{ACTION_BITS, TREASURE_BITS};
 pub(crate) use cell::CELL;
 pub(crate) use float::{
-    Ascending, DISTANCE, FINITE, Float, GRADIENT, LENGTH, PAYOFF, PROBABILITY, ascending, each, float,
-    or_zero,
+    Ascending, DISTANCE, FINITE, Float, GRADIENT, LAUNCH_ANGLE, LENGTH, PAYOFF, PROBABILITY, RADIUS,
+    SENSOR_GAIN, SPEED, ascending, each, float, or_zero,
 };
 pub(crate) use identity::{GIVEN_NAME, NAME, ROBOT, RUN};
 pub(crate) use moments::MOMENTS;
 pub(crate) use part::part;
-pub(crate) use tag::{ACTION, Code, FLAG, Tag, tag, unknown_tag};
+pub(crate) use tag::{ACTION, Code, FLAG, HEADING, tag, unknown_tag};
 pub(crate) use whole::{COUNTED, NOT_ZERO, STEPS, Whole, at_most, narrow, whole};
 
 /// How a field of type `W` is written and read.

@@ -3,7 +3,7 @@
 use std::fmt::Debug;
 
 use super::{Codec, Ends};
-use crate::{Action, Refusal};
+use crate::{Action, Direction, Refusal};
 
 /// An integer that holds a code.
 pub(crate) trait Code: Copy {
@@ -61,6 +61,10 @@ fn flag_from_code(code: u32) -> Option<bool> {
         _ => None,
     }
 }
+
+/// Where a robot faces.
+pub(crate) const HEADING: Tag<Direction> =
+    tag(|heading| heading as u32, |code| Direction::ALL.get(code as usize).copied());
 
 /// An action that announces no route.
 pub(crate) const ACTION: Tag<Action> = tag(Action::code, Action::from_code);

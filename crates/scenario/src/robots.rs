@@ -1,24 +1,19 @@
-//! Sections `[[robots]]` and `[[faults]]`: the robots of a mission that is not a single hopper's.
+//! Sections `[[robots]]` and `[[faults]]`: the robots of a mission, which a single hopper's has not.
 
 use contract::limits::{LENGTH_MAX_M, ROBOTS_MAX};
-use contract::{Cell, Direction, Name, Placement, Robot, RobotId, Sensor, Vehicle, Waypoint};
-use helicopter::{BUDGET_M, Camera};
+use contract::{
+    Body, Camera, Cell, Cover, Direction, Driver, ErringCamera, Goal, Grid, Helicopter, LookAhead, Name,
+    Placement, Reach, Robot, RobotId, Rover, Sensor, Square, Track, Waypoint,
+};
+use helicopter::BUDGET_M;
 #[cfg(test)]
 use schemars::JsonSchema;
 use scout_world::Trip;
 use serde::{Deserialize, Serialize};
 use terrain::Terrain;
 
+use crate::mixed::Design;
 use crate::{Scatter, Scenario, ScenarioError, exact};
-
-/// All robots, and how they will fail.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Fleet {
-    /// In the order of their numbers, 1 to [`ROBOTS_MAX`].
-    pub robots: Vec<Robot>,
-    /// Part of the truth: only hopper-sim knows them. At most one for each robot.
-    pub faults: Vec<Fault>,
-}
 
 /// A robot that fails.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -131,14 +126,19 @@ impl VehicleKind {
 }
 
 impl Scenario {
-    /// The robots on their terrain, checked; `None` for the mission of a single hopper.
-    pub(crate) fn fleet_on(
+    /// The robots on their terrain, checked: a hopper alone, or those of `[[robots]]`.
+    pub(crate) fn robots_on(
         &mut self,
         terrain: &Terrain,
         trip: Option<&Trip>,
-    ) -> Result<Option<Fleet>, ScenarioError> {
+    ) -> Result<Vec<Robot>, ScenarioError> {
+        if !self.mission.is_of_hopper() {
+            self.check_no_ends()?;
+            self.mission.resolve_visits(Cell::default())?;
+        }
+        let cover = self.mission.resolve_cover(self.covers())?;
         if self.mission.is_mixed() {
-            return self.mixed_on(terrain).map(Some);
+            return self.mixed_on(terrain, cover);
         }
         self.check_unmixed()?;
         if trip.is_some() != self.mission.is_scout() {
@@ -154,13 +154,13 @@ impl Scenario {
             });
         }
         if let Some(trip) = trip {
-            return self.scouts_on(trip).map(Some);
+            return self.scouts_on(trip, &terrain.grid);
         }
         let (robots, faults) = (&self.robots, &self.faults);
         if !self.mission.is_cover() {
             return match (robots.is_empty(), faults.is_empty()) {
-                (true, true) => Ok(None),
-                (false, _) => self.accompanied_on(terrain).map(Some),
+                (true, true) => Ok(vec![self.hopper_on(&terrain.grid)?]),
+                (false, _) => self.accompanied_on(terrain),
                 (true, false) => refuse("faults", "robots that may fail", "none".into()),
             };
         }
@@ -171,12 +171,26 @@ impl Scenario {
             rules.check(number, terrain, &robots[..number])?;
         }
         self.check_faults()?;
-        let robots = robots.iter().map(RobotRules::covering).collect();
-        Ok(Some(Fleet { robots, faults: faults.clone() }))
+        Ok(robots.iter().map(|rules| rules.covering(&terrain.grid, cover)).collect())
+    }
+
+    /// Whether a rover covers ground.
+    fn covers(&self) -> bool {
+        let has_no_goal = |rules: &RobotRules| rules.vehicle == VehicleKind::Rover && rules.goal.is_none();
+        self.mission.is_cover() || self.mission.is_mixed() && self.robots.iter().any(has_no_goal)
+    }
+
+    /// The hopper that the mission is of.
+    fn hopper_on(&mut self, grid: &Grid) -> Result<Robot, ScenarioError> {
+        let [start, goal] = self.ends()?;
+        let Design { motion, sensor } = self.design();
+        let hopper = Robot::hopper(grid, motion, sensor, [start, goal]);
+        let visits = self.mission.resolve_visits(goal)?;
+        Ok(Robot { goal: visits.map_or(hopper.goal, Goal::Visit), ..hopper })
     }
 
     /// A hopper with its helicopters, checked.
-    fn accompanied_on(&mut self, terrain: &Terrain) -> Result<Fleet, ScenarioError> {
+    fn accompanied_on(&mut self, terrain: &Terrain) -> Result<Vec<Robot>, ScenarioError> {
         let hoppers = self.robots.iter().filter(|rules| rules.vehicle == VehicleKind::Hopper).count();
         let is_first = self.robots.first().is_some_and(|rules| rules.vehicle == VehicleKind::Hopper);
         if !(2..=ROBOTS_MAX).contains(&self.robots.len()) || hoppers != 1 || !is_first {
@@ -186,34 +200,30 @@ impl Scenario {
             return refuse("robots", need, format!("{hoppers} hoppers{first}, and {others} others"));
         }
         self.check_faults()?;
-        let Some([x, y]) = self.brief.start else {
-            return refuse("brief.start", "a cell (x, y)", "nothing".into());
-        };
-        let cell = Cell::new(x, y);
+        let hopper = self.hopper_on(&terrain.grid)?;
+        let (cell, start_at) = (hopper.start.cell, hopper.start_at);
         if !terrain.grid.contains(cell) {
             return refuse("brief.start", "a cell on the map", cell.to_string());
         }
-        let start = Waypoint::middle_of(&terrain.grid, cell);
         let robot = |(number, rules): (usize, &mut RobotRules)| match rules.vehicle {
-            VehicleKind::Hopper => rules.hopping(number, cell),
+            VehicleKind::Hopper => rules.hopping(number, hopper),
             VehicleKind::Helicopter if rules.accuracy.is_some() => {
                 let need = "nothing beside a hopper: a camera errs in the speeds of uncertain ground";
                 refuse("robots.accuracy", need, format!("one for robot {number}"))
             }
             VehicleKind::Helicopter => {
                 rules.check_without_start(number)?;
-                rules.flying(number, start, cell)
+                rules.flying(number, start_at, cell)
             }
             VehicleKind::Rover => {
                 refuse("robots.vehicle", "helicopter, beside a hopper", format!("rover for robot {number}"))
             }
         };
-        let robots = self.robots.iter_mut().enumerate().map(robot).collect::<Result<_, _>>()?;
-        Ok(Fleet { robots, faults: self.faults.clone() })
+        self.robots.iter_mut().enumerate().map(robot).collect()
     }
 
     /// A rover on `trip` with its helicopters, checked.
-    fn scouts_on(&mut self, trip: &Trip) -> Result<Fleet, ScenarioError> {
+    fn scouts_on(&mut self, trip: &Trip, grid: &Grid) -> Result<Vec<Robot>, ScenarioError> {
         if !(1..=ROBOTS_MAX).contains(&self.robots.len()) {
             return refuse(
                 "robots",
@@ -228,9 +238,9 @@ impl Scenario {
         self.check_faults()?;
         let robots = self.robots.iter_mut().enumerate();
         let robots: Vec<Robot> =
-            robots.map(|(number, rules)| rules.scouting(number, trip)).collect::<Result<_, _>>()?;
+            robots.map(|(number, rules)| rules.scouting(number, trip, grid)).collect::<Result<_, _>>()?;
         self.check_accuracies(&robots)?;
-        Ok(Fleet { robots, faults: self.faults.clone() })
+        Ok(robots)
     }
 
     /// Checks that all cameras that err do so alike.
@@ -307,7 +317,7 @@ impl RobotRules {
             let need = "above 0 and at most one cell a second, since an action lasts a second at least";
             return refuse("robots.speed_mps", need, format!("{} for robot {number}", self.speed_mps));
         }
-        if !(1..=Sensor::RANGE_MAX_CELLS).contains(&self.sensor_range_cells) {
+        if !(1..=Square::RANGE_MAX_CELLS).contains(&self.sensor_range_cells) {
             let got = format!("{} for robot {number}", self.sensor_range_cells);
             return refuse("robots.sensor_range_cells", "1 to 64", got);
         }
@@ -317,48 +327,68 @@ impl RobotRules {
 
 impl RobotRules {
     /// The rover of these rules, which were checked, in a mission that covers ground.
-    pub(crate) fn covering(&self) -> Robot {
+    pub(crate) fn covering(&self, grid: &Grid, cover: Cover) -> Robot {
         let [x, y] = self.start.unwrap_or_default();
+        let cell = Cell::new(x, y);
         Robot {
-            vehicle: Vehicle::Rover { speed_mps: self.speed_mps },
-            sensor: Sensor::Square { range_cells: self.sensor_range_cells },
-            start: Placement { cell: Cell::new(x, y), heading: self.heading },
+            body: Body::Rover(Rover { speed_mps: self.speed_mps }),
+            sensor: Sensor::Square(Square { range_cells: self.sensor_range_cells }),
+            start: Placement { cell, heading: self.heading },
+            start_at: Waypoint::middle_of(grid, cell),
+            goal: Goal::Cover(cover),
+            required: self.is_required(),
         }
     }
 
+    /// The rover of these rules on its trip, which was checked.
+    pub(crate) fn driving(&self, trip: &Trip, grid: &Grid) -> Robot {
+        let point = |point: rover::Point| Waypoint { x_m: point.x_m, y_m: point.y_m };
+        let start_at = point(trip.start);
+        Robot {
+            body: Body::Driver(Driver {}),
+            sensor: Sensor::Track(Track {}),
+            start: Placement { cell: start_at.cell_of(grid), heading: self.heading },
+            start_at,
+            goal: Goal::Reach(Reach { at: point(trip.goal.at), radius_m: trip.goal.radius_m }),
+            required: self.is_required(),
+        }
+    }
+
+    /// Whether the mission needs its task to be done.
+    pub(crate) fn is_required(&self) -> bool {
+        self.required.unwrap_or(self.vehicle != VehicleKind::Helicopter)
+    }
+
     /// The robot of these rules on `trip`, with the defaults of a helicopter filled in.
-    fn scouting(&mut self, number: usize, trip: &Trip) -> Result<Robot, ScenarioError> {
+    fn scouting(&mut self, number: usize, trip: &Trip, grid: &Grid) -> Result<Robot, ScenarioError> {
         self.check_without_start(number)?;
-        let start = Waypoint { x_m: trip.start.x_m, y_m: trip.start.y_m };
-        let cell = Cell::new(start.x_m as i32, start.y_m as i32);
         match self.vehicle {
-            VehicleKind::Helicopter => self.flying(number, start, cell),
+            VehicleKind::Helicopter => {
+                let start_at = Waypoint { x_m: trip.start.x_m, y_m: trip.start.y_m };
+                self.flying(number, start_at, start_at.cell_of(grid))
+            }
             VehicleKind::Hopper => {
                 refuse("robots.vehicle", "rover or helicopter", format!("hopper for robot {number}"))
             }
             VehicleKind::Rover => {
                 self.check_driving(number)?;
-                let goal = Waypoint { x_m: trip.goal.at.x_m, y_m: trip.goal.at.y_m };
-                let vehicle = Vehicle::Driver { start, goal, goal_radius_m: trip.goal.radius_m };
-                let start = Placement { cell, heading: self.heading };
-                Ok(Robot { vehicle, sensor: Sensor::Track, start })
+                Ok(self.driving(trip, grid))
             }
         }
     }
 
-    /// The hopper of these rules, on `cell`.
-    fn hopping(&self, number: usize, cell: Cell) -> Result<Robot, ScenarioError> {
+    /// `hopper`, facing as these rules say.
+    fn hopping(&self, number: usize, hopper: Robot) -> Result<Robot, ScenarioError> {
         self.check_hopping(number)?;
         self.check_without_start(number)?;
-        let start = Placement { cell, heading: self.heading };
-        Ok(Robot { vehicle: Vehicle::Hopper, sensor: Sensor::Disc, start })
+        Ok(Robot { start: Placement { heading: self.heading, ..hopper.start }, ..hopper })
     }
 
-    /// The helicopter of these rules, at `start` above `cell`, with the defaults filled in.
+    /// The helicopter of these rules, at `start_at` above `cell`, with the defaults filled in.
     pub(crate) fn flying(
         &mut self,
         number: usize,
-        start: Waypoint,
+        start_at: Waypoint,
         cell: Cell,
     ) -> Result<Robot, ScenarioError> {
         self.check_without_range(number)?;
@@ -367,8 +397,8 @@ impl RobotRules {
         if !(0.0..=LENGTH_MAX_M).contains(&budget_m) {
             return refuse("robots.budget_m", "0 to 1e6 m", got(budget_m));
         }
-        let radius_m = *self.view_radius_m.get_or_insert_with(|| Camera::default().radius_m());
-        if !(1.0e-3..=Sensor::RADIUS_MAX_M).contains(&radius_m) {
+        let radius_m = *self.view_radius_m.get_or_insert_with(|| helicopter::Camera::default().radius_m());
+        if !(1.0e-3..=Camera::RADIUS_MAX_M).contains(&radius_m) {
             return refuse("robots.view_radius_m", "0.001 to 1000 m", got(radius_m));
         }
         if !(1.0e-3..=1.0e3).contains(&self.speed_mps) {
@@ -378,12 +408,15 @@ impl RobotRules {
             return refuse("robots.accuracy", "a probability, 0 to 1", got(accuracy));
         }
         Ok(Robot {
-            vehicle: Vehicle::Helicopter { start, speed_mps: self.speed_mps, budget_m },
+            body: Body::Helicopter(Helicopter { speed_mps: self.speed_mps, budget_m }),
             sensor: match self.accuracy.filter(|accuracy| *accuracy < 1.0) {
-                None => Sensor::Camera { radius_m },
-                Some(accuracy) => Sensor::ErringCamera { radius_m, accuracy },
+                None => Sensor::Camera(Camera { radius_m }),
+                Some(accuracy) => Sensor::ErringCamera(ErringCamera { radius_m, accuracy }),
             },
             start: Placement { cell, heading: self.heading },
+            start_at,
+            goal: Goal::LookAhead(LookAhead {}),
+            required: false,
         })
     }
 

@@ -1,0 +1,25 @@
+//! The body of a helicopter.
+
+use serde::{Deserialize, Serialize};
+
+use crate::mission::kind::Kind;
+use crate::wire::Block;
+use crate::wire::codec::{DISTANCE, SPEED};
+
+/// Flies from point to point, above all others.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Helicopter {
+    /// Speed over ground, m/s.
+    pub speed_mps: f64,
+    /// How far it flies in all, metres.
+    pub budget_m: f64,
+}
+
+impl Kind for Helicopter {
+    const NAME: &'static str = "helicopter";
+
+    fn parameters(&mut self, block: &mut Block<'_>) {
+        block.float("speed_mps", "Speed over ground, m/s.", SPEED, &mut self.speed_mps);
+        block.float("budget_m", "How far it flies in a stage, metres.", DISTANCE, &mut self.budget_m);
+    }
+}

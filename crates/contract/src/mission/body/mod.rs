@@ -1,0 +1,58 @@
+//! What a robot is: how it gets about, and what anyone may know of that.
+
+mod driver;
+mod helicopter;
+mod hopper;
+mod rover;
+
+use super::kind::kinds;
+use crate::Action;
+
+pub use driver::Driver;
+pub use helicopter::Helicopter;
+pub use hopper::{Hopper, MotionParameters, SoilMotion};
+pub use rover::Rover;
+
+kinds! {
+    /// What a robot is, with what its actions depend on.
+    pub enum Body, block of 16, refused as "robot.body" {
+        /// Hops to one of four cells at a time.
+        Hopper(Hopper) = 1,
+        /// Drives to one of the four neighbouring cells at a time.
+        Rover(Rover) = 2,
+        /// Drives from point to point, as fast as the ground lets it.
+        Driver(Driver) = 3,
+        /// Flies from point to point, above all others.
+        Helicopter(Helicopter) = 4,
+    }
+}
+
+impl Body {
+    /// Whether it takes up the cell that it is on, which helicopters do not: they fly above all others.
+    #[must_use]
+    pub fn is_on_ground(&self) -> bool {
+        !matches!(self, Body::Helicopter(_))
+    }
+
+    /// Whether it hops.
+    #[must_use]
+    pub fn hops(&self) -> bool {
+        matches!(self, Body::Hopper(_))
+    }
+
+    /// Whether it drives over ground whose speed is uncertain.
+    #[must_use]
+    pub fn drives(&self) -> bool {
+        matches!(self, Body::Driver(_))
+    }
+
+    /// The action by which it goes on along its route; `None` if it goes from cell to cell and has no routes.
+    #[must_use]
+    pub fn along_route(&self) -> Option<Action> {
+        match self {
+            Body::Hopper(_) | Body::Rover(_) => None,
+            Body::Driver(_) => Some(Action::Drive),
+            Body::Helicopter(_) => Some(Action::Fly),
+        }
+    }
+}

@@ -1,0 +1,22 @@
+//! The body of a rover that goes from cell to cell.
+
+use serde::{Deserialize, Serialize};
+
+use crate::mission::kind::Kind;
+use crate::wire::Block;
+use crate::wire::codec::SPEED;
+
+/// Drives to one of the four neighbouring cells at a time.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Rover {
+    /// Speed on level ground, m/s.
+    pub speed_mps: f64,
+}
+
+impl Kind for Rover {
+    const NAME: &'static str = "rover";
+
+    fn parameters(&mut self, block: &mut Block<'_>) {
+        block.float("speed_mps", "Speed on level ground, m/s.", SPEED, &mut self.speed_mps);
+    }
+}

@@ -1,0 +1,35 @@
+//! The goal of a robot that shall be somewhere.
+
+use serde::{Deserialize, Serialize};
+
+use crate::mission::kind::Kind;
+use crate::wire::Block;
+use crate::wire::codec::DISTANCE;
+use crate::{Cell, Grid, Waypoint};
+
+/// Reach a point. A robot that goes from cell to cell has reached it in its cell, one that goes from point to point within the
+/// radius.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Reach {
+    /// Where it is to go.
+    pub at: Waypoint,
+    /// How near is near enough, metres.
+    pub radius_m: f64,
+}
+
+impl Reach {
+    /// Reach the middle of a cell.
+    #[must_use]
+    pub fn cell(grid: &Grid, cell: Cell) -> Self {
+        Self { at: Waypoint::middle_of(grid, cell), radius_m: 0.0 }
+    }
+}
+
+impl Kind for Reach {
+    const NAME: &'static str = "reach";
+
+    fn parameters(&mut self, block: &mut Block<'_>) {
+        block.point("at", "Where it is to go (x, y), metres.", &mut self.at);
+        block.float("radius_m", "How near is near enough, metres.", DISTANCE, &mut self.radius_m);
+    }
+}

@@ -1,0 +1,103 @@
+//! Lists of kinds: the bodies, sensors and goals that a robot may have.
+//!
+//! A kind is a struct with its parameters, in a file of its own, and one line in the list of its family. In messages it is its
+//! code with a block of numbers; both ways, the refusals and the reference follow from [`Kind::parameters`].
+
+use crate::wire::Block;
+
+/// One of several kinds of a family, with its parameters.
+pub trait Kind: Copy + Default {
+    /// Its name in words: in scenarios, recordings and refusals.
+    const NAME: &'static str;
+
+    /// Names its parameters one by one, in the order of the block. Whoever writes, reads or describes a block is in `block`.
+    fn parameters(&mut self, block: &mut Block<'_>);
+}
+
+/// Declares a family of kinds: an enum of one variant a kind, each with its code.
+///
+/// ```text
+/// kinds! {
+///     /// What a robot is.
+///     pub enum Body, block of 16, refused as "robot.body" {
+///         /// Hops.
+///         Hopper(Hopper) = 1,
+///     }
+/// }
+/// ```
+macro_rules! kinds {
+    (
+        $(#[doc = $about:literal])+
+        pub enum $family:ident, block of $values:literal, refused as $prefix:literal {
+            $($(#[doc = $what:literal])+ $kind:ident($parameters:ident) = $code:literal,)+
+        }
+    ) => {
+        $(#[doc = $about])+
+        #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+        #[serde(rename_all = "snake_case")]
+        pub enum $family {
+            $($(#[doc = $what])+ $kind($parameters),)+
+        }
+
+        impl $family {
+            /// The names of all kinds, in the order of their codes.
+            pub const NAMES: &'static [&'static str] =
+                &[$(<$parameters as $crate::mission::kind::Kind>::NAME),+];
+
+            /// Numbers of the block that holds the parameters.
+            pub(crate) const BLOCK: usize = $values;
+
+            /// Its name in words.
+            #[must_use]
+            pub fn name(&self) -> &'static str {
+                match self {
+                    $(Self::$kind(_) => <$parameters as $crate::mission::kind::Kind>::NAME,)+
+                }
+            }
+
+            /// Its code and its parameters, the rest of the block zero.
+            pub(crate) fn to_block(self) -> (u32, [f64; $values]) {
+                let mut values = [0.0; $values];
+                let mut block = $crate::wire::Block::write(&mut values);
+                match self {
+                    $(Self::$kind(mut kind) => {
+                        $crate::mission::kind::Kind::parameters(&mut kind, &mut block);
+                        ($code, values)
+                    })+
+                }
+            }
+
+            /// The kind of that code with the parameters of a block.
+            pub(crate) fn from_block(
+                code: u32,
+                values: &[f64; $values],
+            ) -> Result<Self, $crate::Refusal> {
+                match code {
+                    $($code => {
+                        let mut kind = $parameters::default();
+                        let mut block = $crate::wire::Block::read($prefix, values);
+                        $crate::mission::kind::Kind::parameters(&mut kind, &mut block);
+                        block.end()?;
+                        Ok(Self::$kind(kind))
+                    })+
+                    other => {
+                        let need = [$(concat!(stringify!($code), " ", stringify!($kind))),+].join(", ");
+                        Err($crate::Refusal::malformed($prefix, &need, other))
+                    }
+                }
+            }
+
+            /// All kinds with their codes, what they are, and their parameters.
+            #[must_use]
+            pub fn described() -> Vec<$crate::wire::KindInBlock> {
+                vec![$($crate::wire::KindInBlock::of::<$parameters>(
+                    $code,
+                    <$parameters as $crate::mission::kind::Kind>::NAME,
+                    concat!($($what),+),
+                )),+]
+            }
+        }
+    };
+}
+
+pub(crate) use kinds;

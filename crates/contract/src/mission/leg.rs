@@ -1,0 +1,84 @@
+//! The mission as whoever plans for one hopper has it.
+
+use serde::{Deserialize, Serialize};
+
+use super::brief::{Guard, Limits, Payoff, Priors, Profile, Weights};
+use super::reading::Reading;
+use crate::{Brief, Cell, Grid, MotionParameters, RobotId, RunId, SensorParameters};
+
+/// The way of one hopper from a start to a goal, with everything that a plan of it may depend on beside map and state: the whole
+/// mission of a hopper that is alone, the stretch between two goals of one that visits several, one robot's part of a mission of
+/// several.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Leg {
+    /// The run it belongs to.
+    pub run: RunId,
+    /// Reading of the model.
+    pub profile: Profile,
+    /// Lattice of the mission.
+    pub grid: Grid,
+    /// Where it begins: the start of the mission, or the goal visited last.
+    pub start: Cell,
+    /// Where it ends.
+    pub goal: Cell,
+    /// How safety, information and distance are weighed.
+    pub weights: Weights,
+    /// What a period, the goal and a treasure are worth.
+    pub payoff: Payoff,
+    /// What an orbiter has measured of the whole map beforehand.
+    pub priors: Priors,
+    /// How far a hop goes, and how it slips and drifts by soil.
+    pub motion: MotionParameters,
+    /// How far the hopper sees from a height.
+    pub sensor: SensorParameters,
+    /// Steps of the mission, and time for a decision.
+    pub limits: Limits,
+    /// The guard in hopper-sim.
+    pub guard: Guard,
+    /// How the paper's open points are read.
+    pub reading: Reading,
+    /// Whether other robots are on the ground, whose cells the hopper must not enter.
+    pub is_shared: bool,
+}
+
+impl Brief {
+    /// The leg that `robot` flies after so many visits; `None` unless it is a hopper that goes to cells.
+    #[must_use]
+    pub fn leg_of(&self, robot: RobotId, visits: u64) -> Option<Leg> {
+        let hopper = self.robots.at(robot)?;
+        let (motion, sensor) = hopper.as_hopper()?;
+        let goal = hopper.goal.cell(&self.grid, visits)?;
+        let start = match visits.checked_sub(1) {
+            Some(last) if matches!(hopper.goal, crate::Goal::Visit(_)) => {
+                hopper.goal.cell(&self.grid, last)?
+            }
+            _ => hopper.start.cell,
+        };
+        let others = self.robots.numbered().filter(|(other, _)| *other != robot);
+        Some(Leg {
+            run: self.run,
+            profile: self.profile,
+            grid: self.grid,
+            start,
+            goal,
+            weights: self.weights,
+            payoff: self.payoff,
+            priors: self.priors,
+            motion: *motion,
+            sensor: *sensor,
+            limits: self.limits,
+            guard: self.guard,
+            reading: self.reading,
+            is_shared: others.into_iter().any(|(_, other)| other.body.is_on_ground()),
+        })
+    }
+
+    /// The leg of the hopper that is robot 0, after so many visits: of a mission that is a hopper's.
+    ///
+    /// # Panics
+    /// If robot 0 is no hopper that goes to cells.
+    #[must_use]
+    pub fn leg(&self, visits: u64) -> Leg {
+        self.leg_of(RobotId(0), visits).expect("robot 0 is a hopper that goes to cells")
+    }
+}

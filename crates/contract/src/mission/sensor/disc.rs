@@ -1,0 +1,69 @@
+//! The elevation-dependent sensor of a hopper.
+
+use serde::{Deserialize, Serialize};
+
+use crate::Grid;
+use crate::mission::kind::Kind;
+use crate::wire::Block;
+use crate::wire::codec::{DISTANCE, LENGTH, SENSOR_GAIN};
+
+/// Where the observed map takes its gradients from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum GradientSource {
+    /// The sensor measures the true slope of each seen cell.
+    #[default]
+    Measured,
+    /// Differences of heights over seen cells only.
+    SeenDifferences,
+}
+
+/// The elevation-dependent sensor: radius = gain · (h + offset), clamped (P23 section IV).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct SensorParameters {
+    /// Metres of radius per metre of height; 2 in P23.
+    pub gain: f64,
+    /// Height added before the gain, metres; 1 in P23.
+    pub offset_m: f64,
+    /// Smallest radius, metres; at least one hop, so that the neighbours are always seen.
+    pub radius_min_m: f64,
+    /// Largest radius, metres.
+    pub radius_max_m: f64,
+    /// Where gradients come from: the same for all hoppers of a mission.
+    pub gradient: GradientSource,
+}
+
+impl SensorParameters {
+    /// Sensing radius in metres at `height_m` above the datum, clamped to the sensor's range.
+    #[must_use]
+    pub fn radius_m(&self, height_m: f64) -> f64 {
+        (self.gain * (height_m + self.offset_m)).clamp(self.radius_min_m, self.radius_max_m)
+    }
+
+    /// How far it sees from `height_m` above the datum, in cells of `grid`: the sensing radius, and one hop at
+    /// least, whatever the rounding. Three cells of 0.7 m divided by 0.7 m are a little less than three.
+    #[must_use]
+    pub fn reach_cells(&self, grid: &Grid, height_m: f64) -> f64 {
+        (self.radius_m(height_m) / grid.cell_size_m).max(f64::from(grid.hop_cells))
+    }
+}
+
+impl Kind for SensorParameters {
+    const NAME: &'static str = "disc";
+
+    fn parameters(&mut self, block: &mut Block<'_>) {
+        block.float("gain", "Metres of radius per metre of height.", SENSOR_GAIN, &mut self.gain);
+        block.float("offset_m", "Height added before the gain, metres.", LENGTH, &mut self.offset_m);
+        block.float("radius_min_m", "Smallest radius, metres.", DISTANCE, &mut self.radius_min_m);
+        block.float(
+            "radius_max_m",
+            "Largest radius, metres; not below the smallest.",
+            DISTANCE,
+            &mut self.radius_max_m,
+        );
+        let (least, most) = (self.radius_min_m, self.radius_max_m);
+        block.check("radius_max_m", least <= most, &format!("at least radius_min_m, {least}"), most);
+        let all = [GradientSource::Measured, GradientSource::SeenDifferences];
+        block.choice("gradient", "0 measured, 1 from differences of seen heights.", &all, &mut self.gradient);
+    }
+}

@@ -1,0 +1,31 @@
+//! A camera whose readings of the ground's speed may be wrong.
+
+use serde::{Deserialize, Serialize};
+
+use crate::mission::kind::Kind;
+use crate::wire::Block;
+use crate::wire::codec::{PROBABILITY, RADIUS};
+
+/// As [`super::Camera`], but what it reads of a cell's speed may be wrong: partial observation (Folsom et al. 2021, eqs 13 to
+/// 16).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct ErringCamera {
+    /// Above 0, at most [`super::Camera::RADIUS_MAX_M`].
+    pub radius_m: f64,
+    /// Probability that it reads the true speed, 0 to 1; the other three are equally likely.
+    pub accuracy: f64,
+}
+
+impl Kind for ErringCamera {
+    const NAME: &'static str = "erring_camera";
+
+    fn parameters(&mut self, block: &mut Block<'_>) {
+        block.float(
+            "radius_m",
+            "How far it sees to each side of its way, metres.",
+            RADIUS,
+            &mut self.radius_m,
+        );
+        block.float("accuracy", "Probability that it reads the true speed.", PROBABILITY, &mut self.accuracy);
+    }
+}

@@ -1,0 +1,53 @@
+//! What a robot sees of the ground around it.
+
+mod camera;
+mod disc;
+mod erring_camera;
+mod square;
+mod track;
+
+use super::kind::kinds;
+
+pub use camera::Camera;
+pub use disc::{GradientSource, SensorParameters};
+pub use erring_camera::ErringCamera;
+pub use square::Square;
+pub use track::Track;
+
+kinds! {
+    /// What a robot sees of the ground around it.
+    pub enum Sensor, block of 8, refused as "robot.sensor" {
+        /// A disc that grows with the height.
+        Disc(SensorParameters) = 1,
+        /// The cells at most so many columns and rows away.
+        Square(Square) = 2,
+        /// The cells that it drives over.
+        Track(Track) = 3,
+        /// The cells whose middle is near its way: what a camera shows that looks down in flight.
+        Camera(Camera) = 4,
+        /// As a camera, but what it reads of a cell's speed may be wrong: partial observation (Folsom et al. 2021, eqs 13 to 16).
+        ErringCamera(ErringCamera) = 5,
+    }
+}
+
+impl Sensor {
+    /// How far a camera sees to each side of its way, metres; `None` of other sensors.
+    #[must_use]
+    pub fn view_m(self) -> Option<f64> {
+        match self {
+            Sensor::Camera(Camera { radius_m }) | Sensor::ErringCamera(ErringCamera { radius_m, .. }) => {
+                Some(radius_m)
+            }
+            Sensor::Disc(_) | Sensor::Square(_) | Sensor::Track(_) => None,
+        }
+    }
+
+    /// How likely a camera that errs reads the true speed of a cell; `None` of other sensors.
+    #[must_use]
+    pub fn accuracy(self) -> Option<f64> {
+        match self {
+            Sensor::ErringCamera(camera) => Some(camera.accuracy),
+            _ => None,
+        }
+    }
+}
