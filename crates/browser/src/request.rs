@@ -63,12 +63,12 @@ impl Request {
         let run = self.run.as_deref().map_or(Ok(1), |run| u128::from_str_radix(run, 16));
         let run = RunId(run.map_err(|_| "a run needs to be 32 hexadecimal digits".to_owned())?);
         let schedule = self.schedule(&world)?;
-        let suited = |vehicle| planner::suited(&world.brief, vehicle);
-        let mut suited: Vec<&str> = world.vehicles().into_iter().flat_map(suited).collect();
+        let robots = world.brief.robots.iter();
+        let mut suited: Vec<&str> = robots.flat_map(|robot| planner::suited(&world.brief, robot)).collect();
         suited.dedup();
         let warnings = world.warnings.iter().map(ToString::to_string).collect();
         let brief = Brief { run, ..world.brief };
-        let mission = Mission { brief, terrain: world.terrain, seed: self.seed, fleet: world.fleet };
+        let mission = Mission { brief, terrain: world.terrain, seed: self.seed, faults: world.faults };
         Ok(Wanted { mission, schedule, pace, suited, warnings })
     }
 
@@ -101,14 +101,13 @@ impl Request {
             let name: Name = name.parse().map_err(|error| format!("{error}"))?;
             let planner = planner::algorithm(name.as_str()).map_err(|error| error.to_string())?;
             let scenario = world.brief.scenario;
-            match world.brief.tasks().into_iter().any(|task| planner.suits(task)) {
+            match world.brief.robots.iter().any(|robot| planner.suits(robot)) {
                 true => Ok(name),
                 false => Err(format!("scenario {scenario} needs another planner than {name}")),
             }
         };
         if self.planners.is_empty() {
-            let vehicles = world.vehicles();
-            let names = planner::assigned(&world.brief, &vehicles, None, &world.planners);
+            let names = planner::assigned(&world.brief, None, &world.planners);
             let names = names.map_err(|error| error.in_scenario(world.brief.scenario))?;
             return Ok(PlannerSchedule::of_robots(&names));
         }
