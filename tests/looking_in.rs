@@ -47,13 +47,13 @@ fn every_topic_is_listed_with_its_counts() {
     for (name, kind, processes) in [
         ("truth/terrain", "hop.TruthRequest.v1", 2),
         ("hop/brief", "hop.Brief.v10", 4),
-        ("hop/r0/state", "hop.State.v4", 4),
-        ("hop/r0/map", "hop.MapPatch.v2", 3),
-        ("hop/r0/snapshot", "hop.MapRequest.v1", 2),
+        ("hop/state", "hop.State.v4", 4),
+        ("hop/map", "hop.MapPatch.v2", 3),
+        ("hop/snapshot", "hop.MapRequest.v1", 2),
         ("hop/r0/command", "hop.Command.v3", 2),
         ("hop/r0/policy", "hop.PolicyHeader.v1", 1),
-        ("hop/r0/control", "hop.Control.v1", 2),
-        ("hop/r0/tempo", "hop.Tempo.v1", 1),
+        ("hop/control", "hop.Control.v1", 2),
+        ("hop/tempo", "hop.Tempo.v1", 1),
         ("hop/heartbeat", "hop.Heartbeat.v2", 4),
         ("hop/past", "hop.PastRequest.v1", 3),
     ] {
@@ -65,7 +65,7 @@ fn every_topic_is_listed_with_its_counts() {
     }
     let output = mission.hopper(&["topic", "list", "--instance", &mission.name]).output().unwrap();
     let text = String::from_utf8_lossy(&output.stdout).into_owned();
-    assert!(text.contains("hop/r0/state") && text.contains("processes"), "{text}");
+    assert!(text.contains("hop/state") && text.contains("processes"), "{text}");
 }
 
 /// P-TOPIC-ECHO: `topic echo` prints every topic as typed messages, one object per line, as many as
@@ -97,7 +97,7 @@ fn every_topic_is_echoed_typed_one_object_a_line() {
         }
         assert!(messages[0].get("cells").is_none(), "{name} is summed up");
     }
-    let states = objects(topic(&mission, &["echo", "hop/r0/state", "--count", "3"]));
+    let states = objects(topic(&mission, &["echo", "hop/state", "--count", "3"]));
     assert_eq!(states.len(), 3);
     assert_eq!(states[0]["leader"]["pid"], processes[2].pid(), "the planner commands");
     let full = objects(topic(&mission, &["echo", "map", "--count", "1", "--full"]));
@@ -200,7 +200,7 @@ fn an_echo_ends_with_the_mission() {
     let mut echo = Process::spawn("echo", topic(&mission, &["echo", "state"]), &mission.path(""));
     eventually("the echo to look on", || {
         let services = objects(topic(&mission, &["list"]));
-        let mut states = services.iter().filter(|service| service["name"] == "hop/r0/state");
+        let mut states = services.iter().filter(|service| service["name"] == "hop/state");
         states.any(|service| service["nodes"] == 2)
     });
     let _peers = mission.start_peers();

@@ -220,21 +220,14 @@ fn the_reason_for_a_hop_is_the_planners_own() {
             }
             map.mark();
             history.on(Input::Tick, state.landed);
-            let cell = state.pose.cell;
+            let (brief, cell) = (&flown.brief, state.pose.cell);
             let before = history.reason(cell, state.decision).unwrap();
             assert!(hops > 0 || before.policy.is_none() && before.hops.iter().all(|hop| hop.value.is_none()));
             if state.status.is_over() {
                 break;
             }
-            let leg = flown.brief.leg(state.visits);
-            let situation = planner::Situation {
-                brief: &flown.brief,
-                leg: Some(&leg),
-                map: &map,
-                state,
-                team: None,
-                scouting: None,
-            };
+            let leg = Some(&brief.leg(state.visits));
+            let situation = planner::Situation { brief, leg, map: &map, state, team: None, scouting: None };
             let plan = planner.plan(&situation, &planner::Budget::of(None));
             let cells = planner.policy().unwrap();
             let Action::Hop(chosen) = plan.action else { continue };
@@ -253,8 +246,8 @@ fn the_reason_for_a_hop_is_the_planners_own() {
             let value = reason.hops[chosen as usize].value.unwrap();
             assert!(value >= best - tolerance, "{} {cell:?}: {reason:?}", flown.brief.scenario);
             // Seen or not, on the edge or not: every cell's value is that of its best hop.
-            for at in leg.grid.iter().filter(|at| at.x % 3 == 0 && at.y % 3 == 0 || *at == cell) {
-                let policy = cells[leg.grid.index(at).unwrap()];
+            for at in brief.grid.iter().filter(|at| at.x % 3 == 0 && at.y % 3 == 0 || *at == cell) {
+                let policy = cells[brief.grid.index(at).unwrap()];
                 let reason = history.reason(at, state.decision).unwrap();
                 let values: Vec<f64> = reason.hops.iter().filter_map(|hop| hop.value).collect();
                 let Action::Hop(_) = policy.action else { continue };

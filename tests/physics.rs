@@ -129,7 +129,7 @@ fn in_real_time_the_next_state_waits_for_the_landing() {
         let output = mission.hopper(&services).output().unwrap();
         let text = String::from_utf8_lossy(&output.stdout).into_owned();
         let mut services = text.lines().filter_map(|line| serde_json::from_str::<Value>(line).ok());
-        services.any(|service| service["name"] == "hop/r0/state" && service["nodes"] == 2)
+        services.any(|service| service["name"] == "hop/state" && service["nodes"] == 2)
     });
     let _peers = mission.start_peers();
     assert_eq!((sim.code(), echo.code()), (0, 0), "{}\n{}", sim.log(), echo.log());

@@ -458,11 +458,11 @@ fn a_second_writer_of_what_has_one_is_refused_by_name() {
     let mut node = Node::visit(&Instance::new(&mission.name).unwrap()).unwrap();
     let refusals = [
         ("hop/brief", node.writer::<Brief>(ROBOT).err()),
-        ("hop/r0/state", node.writer::<State>(ROBOT).err()),
-        ("hop/r0/map", node.writer::<MapPatch>(ROBOT).err()),
+        ("hop/state", node.writer::<State>(ROBOT).err()),
+        ("hop/map", node.writer::<MapPatch>(ROBOT).err()),
         ("hop/past", node.server::<PastRequest>(ROBOT).err()),
         ("truth/terrain", node.server::<TruthRequest>(ROBOT).err()),
-        ("hop/r0/snapshot", node.server::<MapRequest>(ROBOT).err()),
+        ("hop/snapshot", node.server::<MapRequest>(ROBOT).err()),
     ];
     for (service, error) in refusals {
         let error = error.unwrap_or_else(|| panic!("{service} takes a second writer")).to_string();

@@ -2,8 +2,9 @@
 
 use contract::{Brief, Name, Robot};
 
+use crate::built_in::{algorithm, suited, usual};
 use crate::error::PlannerError;
-use crate::names::{CLAIRVOYANT, algorithm, name, suited, usual};
+use crate::names::{CLAIRVOYANT, name};
 
 /// The planner of each robot of a mission, in the order of their numbers, if `given` is meant for all whom it suits: the
 /// others keep their `own`, or have the usual one.

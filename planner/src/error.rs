@@ -2,18 +2,16 @@
 
 use contract::{Decision, Name};
 
-use contract::spelling::did_you_mean;
-
-use crate::names::{all, listed};
-
 /// A request for a planner that cannot be met.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum PlannerError {
     /// No algorithm has this name.
-    #[error("no planner is called {got:?}{}", meant(got))]
+    #[error("no planner is called {got:?}{hint}")]
     UnknownAlgorithm {
         /// The name asked for.
         got: String,
+        /// What may have been meant, for the end of the sentence.
+        hint: String,
     },
     /// The clairvoyant planner was asked for where the ground is unseen.
     #[error(
@@ -34,14 +32,6 @@ pub enum PlannerError {
         /// What was needed and what was got.
         reason: String,
     },
-}
-
-/// The planners that `got` resembles, or all that there are.
-fn meant(got: &str) -> String {
-    match did_you_mean(got, all()).as_str() {
-        "" => format!("; need one of {}", listed()),
-        meant => meant.to_owned(),
-    }
 }
 
 impl PlannerError {

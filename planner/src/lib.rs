@@ -30,6 +30,7 @@
 #![warn(clippy::disallowed_methods)]
 
 mod assignment;
+mod built_in;
 mod closed;
 pub mod conformance;
 pub mod cover;
@@ -55,13 +56,14 @@ mod usual;
 pub use contract;
 
 pub use assignment::assigned;
+pub use built_in::{
+    AHEAD_ALGORITHMS, ALGORITHMS, COVER_ALGORITHMS, DRIVE_ALGORITHMS, FLY_ALGORITHMS, algorithm, listed,
+    suited, usual,
+};
 pub use contract::map::belief;
 pub use contract::map::payoff;
 pub use error::PlannerError;
-pub use names::{
-    AHEAD_ALGORITHMS, ALGORITHMS, CLAIRVOYANT, COVER_ALGORITHMS, DRIVE_ALGORITHMS, FLY_ALGORITHMS, algorithm,
-    listed, suited, usual,
-};
+pub use names::CLAIRVOYANT;
 pub use plan::{Budget, Plan, PlanStatus, Planner, Pulse, Scouting, Situation};
 #[cfg(feature = "shell")]
 pub use shell::main;

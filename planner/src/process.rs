@@ -12,7 +12,7 @@ use process::{
 };
 
 use crate::algorithm;
-use crate::names::suited;
+use crate::built_in::suited;
 use crate::pilot::{Effect, Event, Pilot, PilotConfig};
 use crate::{Budget, Planner, Pulse};
 

@@ -3,7 +3,8 @@
 use contract::{Brief, Decision, Name, RobotId, RobotSet, Role, RunId, Status};
 use process::{Exit, Failure, Membership, Ports, Process, Reader as _, Terms, Turn, accept};
 
-use crate::names::{self, MDP};
+use crate::built_in;
+use crate::names::MDP;
 
 /// Waits until a mission is known.
 pub struct UsualAlgorithm<P: Ports> {
@@ -33,7 +34,7 @@ impl<P: Ports> UsualAlgorithm<P> {
     pub fn name(&self) -> Option<&'static str> {
         let brief = self.brief.as_ref()?;
         let robot = brief.robots.at(self.robots.iter().next()?);
-        Some(robot.and_then(|robot| names::usual(brief, robot)).unwrap_or(MDP))
+        Some(robot.and_then(|robot| built_in::usual(brief, robot)).unwrap_or(MDP))
     }
 }
 

@@ -190,7 +190,9 @@ fn fly(mission: Mission, asker: Asker) -> Ended {
     let schedule = PlannerSchedule::single(asker.name);
     let mut asker = Some(asker);
     let mut make = |name: Name, _: &Mission| -> Result<Box<dyn Planner>, PlannerError> {
-        let asker = asker.take().ok_or(PlannerError::UnknownAlgorithm { got: name.to_string() })?;
+        let asker = asker
+            .take()
+            .ok_or(PlannerError::UnknownAlgorithm { got: name.to_string(), hint: String::new() })?;
         Ok(Box::new(asker))
     };
     let mut records = Vec::new();

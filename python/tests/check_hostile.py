@@ -169,7 +169,7 @@ def functions():
     with warnings.catch_warnings(record=True) as heard:
         warnings.simplefilter("always")
         recording = hopper.read_recording(damaged)
-    assert (recording.is_whole, recording.undecodable, recording.messages) == (True, 1, {"hop/r0/state": 1})
+    assert (recording.is_whole, recording.undecodable, recording.messages) == (True, 1, {"hop/state": 1})
     assert len(recording.states["x"]) == 0 and "1 message cannot be decoded" in str(heard[0].message), heard
 
 
@@ -181,7 +181,7 @@ def recording_of(state):
     parts = [
         record(1, text("") + text("")),
         record(3, struct.pack("<H", 1) + text("hopper.State") + text("protobuf") + struct.pack("<I", 0)),
-        record(4, struct.pack("<HH", 1, 1) + text("hop/r0/state") + text("protobuf") + struct.pack("<I", 0)),
+        record(4, struct.pack("<HH", 1, 1) + text("hop/state") + text("protobuf") + struct.pack("<I", 0)),
         record(5, struct.pack("<HIQQ", 1, 0, 0, 0) + state),
         record(15, struct.pack("<I", 0)),
         record(2, struct.pack("<QQI", 0, 0, 0)),

@@ -119,7 +119,7 @@ pub fn names() -> Vec<&'static str> {
 /// What `--help` says of a topic.
 fn topics_in_words() -> String {
     let names = names().join(", ");
-    format!("One of {names}; or a service name such as hop/r0/state")
+    format!("One of {names}; or a service name such as hop/state")
 }
 
 impl FromStr for Topic {
@@ -567,8 +567,8 @@ mod tests {
     #[test]
     fn a_topic_has_a_short_name_and_its_service_s() {
         for (text, service, robot) in [
-            ("state", "hop/r0/state", 0),
-            ("hop/r3/map", "hop/r3/map", 3),
+            ("state", "hop/state", 0),
+            ("hop/r3/policy", "hop/r3/policy", 3),
             ("hop/brief", "hop/brief", 0),
             ("truth", "truth/terrain", 0),
             ("truth/terrain", "truth/terrain", 0),

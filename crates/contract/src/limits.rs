@@ -33,6 +33,9 @@ pub const PAYOFF_MAX: f64 = 1.0e6;
 /// Most points of a route that a robot announces.
 pub const ROUTE_POINTS_MAX: usize = 256;
 
+/// Farthest that a camera sees to each side of its way, metres.
+pub const CAMERA_RADIUS_MAX_M: f64 = 1000.0;
+
 /// Longest straight leg of a route, metres: at the slowest speed it is driven within the longest time that an outcome may
 /// have.
 pub const LEG_MAX_M: f64 = 500.0;

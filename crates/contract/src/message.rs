@@ -151,7 +151,7 @@ impl PublishSubscribe {
         (self.name_of(robot) == name).then_some(robot)
     }
 
-    /// The last part of the name, by which people ask for it: `state` of `hop/rN/state`.
+    /// The last part of the name, by which people ask for it: `state` of `hop/state`.
     #[must_use]
     pub fn short_name(&self) -> &'static str {
         short_name(self.name)

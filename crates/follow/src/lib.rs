@@ -7,7 +7,7 @@
 //! | --- | --- | --- |
 //! | [`Mission`] | brief, state, robots | nothing: they are published again |
 //! | [`PastFollower`] | executed decisions | `hop/past` |
-//! | [`Replica`] | the observed map | `hop/rN/snapshot` |
+//! | [`Replica`] | the observed map | `hop/snapshot` |
 //! | [`PriorFollower`] | what is known of uncertain ground beforehand | `hop/prior` |
 //! | [`RouteFollower`], [`MissingRoutes`] | points of routes that robots announce | `hop/routes` |
 //! | [`TruthFollower`] | the true ground | `truth/terrain` |

@@ -39,7 +39,7 @@ pub struct Hooks<'c> {
 pub struct Tempo {
     /// How fast at first.
     pub pace: Pace,
-    /// Whether orders on `hop/rN/control` are obeyed.
+    /// Whether orders on `hop/control` are obeyed.
     pub control: bool,
 }
 

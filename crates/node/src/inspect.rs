@@ -106,7 +106,7 @@ pub struct Progress {
 /// One service as it was created.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct ServiceReport {
-    /// Name, such as `hop/r0/state`.
+    /// Name, such as `hop/state`.
     pub name: String,
     /// Types and quality of service.
     pub kind: String,

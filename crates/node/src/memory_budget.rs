@@ -30,7 +30,7 @@ const ENTRY_BYTES: u64 = 1 << 20;
 /// Shared memory of one service.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct ServiceBudget {
-    /// Name of the service, such as `hop/r0/state`.
+    /// Name of the service, such as `hop/state`.
     pub service: String,
     /// Writers that are allowed for.
     pub writers: usize,

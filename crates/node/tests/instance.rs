@@ -134,17 +134,14 @@ fn a_service_of_another_type_or_quality_is_named_with_need_and_got() {
         let mut node = Node::visit(&own.0).unwrap();
         let stranger = NodeBuilder::new().config(&config(&own)).create::<ipc::Service>().unwrap();
         let _wrong = stranger
-            .service_builder(&"hop/r0/state".try_into().unwrap())
+            .service_builder(&"hop/state".try_into().unwrap())
             .publish_subscribe::<u64>()
             .open_or_create()
             .unwrap();
         let error = node.reader::<State>(ROBOT, false).unwrap_err();
         assert_eq!(error.exit(), Exit::Peer);
         let text = error.to_string();
-        assert!(
-            text.starts_with("service hop/r0/state needs hop.State.v4 (352 bytes), 1 publishers"),
-            "{text}"
-        );
+        assert!(text.starts_with("service hop/state needs hop.State.v4 (352 bytes), 1 publishers"), "{text}");
         assert!(text.contains("got u64 (8 bytes), 2 publishers"), "{text}");
 
         let _narrow = stranger
@@ -206,7 +203,7 @@ fn inspection_tells_who_is_there_and_what_to_do_next() {
             report
                 .services
                 .iter()
-                .any(|service| service.name == "hop/r0/state" && service.kind.starts_with("hop.State.v4"))
+                .any(|service| service.name == "hop/state" && service.kind.starts_with("hop.State.v4"))
         );
         assert!(report.memory.used_bytes > 0 && report.memory.need_bytes.is_some());
         assert!(

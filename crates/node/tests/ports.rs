@@ -163,7 +163,7 @@ fn truth_and_snapshot_are_asked_for_and_answered() {
             assert_eq!(client.receive(), Some(Ok(map_page(&request))));
         }
         let error = b.server::<MapRequest>(ROBOT).unwrap_err();
-        assert!(error.to_string().contains("hop/r0/snapshot"), "the map has one server: {error}");
+        assert!(error.to_string().contains("hop/snapshot"), "the map has one server: {error}");
     }
     own.assert_gone();
 }
@@ -214,7 +214,7 @@ fn a_second_writer_of_a_single_writer_topic_is_refused_by_name() {
         let (mut a, mut b) = pair(&own);
         let _first = a.writer::<State>(ROBOT).unwrap();
         let error = b.writer::<State>(ROBOT).unwrap_err();
-        assert!(error.to_string().contains("hop/r0/state"), "{error}");
+        assert!(error.to_string().contains("hop/state"), "{error}");
         assert!(matches!(error, NodeError::Full { what: "publishing", .. }), "{error}");
     }
     own.assert_gone();
@@ -322,7 +322,7 @@ fn an_oversize_message_is_an_error() {
         let mut writer = a.writer::<MapPatch>(ROBOT).unwrap();
         let patch = contract::MapPatch { cells: vec![patch(1).cells[0]; 1025], ..patch(1) };
         let error = writer.publish(patch).unwrap_err();
-        assert_eq!(error.to_string(), "service hop/r0/map needs at most 1024 cells in a message, got 1025");
+        assert_eq!(error.to_string(), "service hop/map needs at most 1024 cells in a message, got 1025");
     }
     own.assert_gone();
 }
@@ -369,7 +369,7 @@ fn a_writer_that_shared_memory_cannot_hold_is_refused_with_both_numbers() {
 }
 
 #[test]
-#[should_panic(expected = "planner must not write hop/rN/state")]
+#[should_panic(expected = "planner must not write hop/state")]
 fn a_role_must_not_write_what_another_writes() {
     let own = Own::new();
     let _ = Node::join(&own.0, Role::Planner).unwrap().writer::<State>(ROBOT);
@@ -495,9 +495,9 @@ fn what_a_port_needs_is_what_it_takes() {
         }
         let policies_taken = taken();
         for (name, taken) in [
-            ("hop/r0/map", map),
+            ("hop/map", map),
             ("truth/terrain", truth),
-            ("hop/r0/snapshot", snapshot),
+            ("hop/snapshot", snapshot),
             ("hop/past", past),
             ("hop/r0/policy", policies_taken),
         ] {

@@ -194,7 +194,7 @@ pub struct Outcome {
     #[prost(double, tag = "10")]
     pub flight_time_s: f64,
 }
-/// hop/rN/state
+/// hop/state
 #[derive(Clone, PartialEq, ::prost::Message)]
 pub struct State {
     #[prost(string, tag = "1")]
@@ -259,7 +259,7 @@ pub struct SeenCell {
     #[prost(uint32, tag = "7")]
     pub visits: u32,
 }
-/// hop/rN/map
+/// hop/map
 #[derive(Clone, PartialEq, ::prost::Message)]
 pub struct MapPatch {
     #[prost(string, tag = "1")]
@@ -300,7 +300,7 @@ pub struct MapPatch {
     #[prost(bytes = "vec", tag = "18")]
     pub digest: ::prost::alloc::vec::Vec<u8>,
 }
-/// hop/rN/snapshot: a page of the map that the recorder asked for, since it came late or missed a patch.
+/// hop/snapshot: a page of the map that the recorder asked for, since it came late or missed a patch.
 #[derive(Clone, PartialEq, ::prost::Message)]
 pub struct MapPage {
     #[prost(string, tag = "1")]
@@ -402,7 +402,7 @@ pub struct Policy {
     #[prost(message, repeated, tag = "6")]
     pub cells: ::prost::alloc::vec::Vec<PolicyCell>,
 }
-/// hop/rN/control
+/// hop/control
 #[derive(Clone, PartialEq, ::prost::Message)]
 pub struct Control {
     #[prost(string, tag = "1")]
@@ -418,7 +418,7 @@ pub struct Control {
     #[prost(uint32, tag = "6")]
     pub robot: u32,
 }
-/// hop/rN/tempo
+/// hop/tempo
 #[derive(Clone, PartialEq, ::prost::Message)]
 pub struct Tempo {
     #[prost(string, tag = "1")]

@@ -16,19 +16,19 @@ pub const ROBOT: RobotId = RobotId(0);
 pub enum Channel {
     /// `hop/brief`: what the mission is.
     Brief,
-    /// `hop/rN/state`: the state after each decision.
+    /// `hop/state`: the state after each decision.
     State,
-    /// `hop/rN/map`: patches of the observed map.
+    /// `hop/map`: patches of the observed map.
     Map,
-    /// `hop/rN/snapshot`: pages that the recorder asked for.
+    /// `hop/snapshot`: pages that the recorder asked for.
     Snapshot,
     /// `hop/rN/command`: commands of planners; of robots but the first in channels that come with their first message.
     Command,
     /// `hop/rN/policy`: policies for display.
     Policy,
-    /// `hop/rN/control`: orders such as pause.
+    /// `hop/control`: orders such as pause.
     Control,
-    /// `hop/rN/tempo`: how landings are paced.
+    /// `hop/tempo`: how landings are paced.
     Pacing,
     /// `hop/heartbeat`: signs of life of all processes.
     Heartbeat,
@@ -108,11 +108,14 @@ impl Channel {
         }
     }
 
-    /// The channel with this topic; commands of any robot are [`Channel::Command`].
+    /// The channel with this topic; commands of any robot are [`Channel::Command`]. Earlier builds had the number of a robot in
+    /// the topics of state, map and pacing too.
     #[must_use]
     pub fn of(name: &str) -> Option<Self> {
         let of_another_robot = || Command::SERVICE.robot_of(name).map(|_| Channel::Command);
-        Self::ALL.into_iter().find(|topic| topic.name() == name).or_else(of_another_robot)
+        let found = |name: &str| Self::ALL.into_iter().find(|topic| topic.name() == name);
+        let of_earlier_build = || found(&name.replacen("hop/r0/", "hop/", 1));
+        found(name).or_else(of_another_robot).or_else(of_earlier_build)
     }
 
     /// Full protobuf name of its messages.

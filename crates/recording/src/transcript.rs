@@ -1,7 +1,7 @@
 //! Which messages a recording or a live viewer gets, on which channel.
 //!
 //! It requests what was missed, or was published before it began: executed decisions from `hop/past` until it has all of
-//! them, the map from `hop/rN/snapshot`, and announced routes from `hop/routes`. The answers are written too, routes as
+//! them, the map from `hop/snapshot`, and announced routes from `hop/routes`. The answers are written too, routes as
 //! announcements.
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -32,7 +32,7 @@ const LOGGED_PROCESSES_MAX: usize = 4096;
 pub struct Requests {
     /// Request to `hop/past`.
     pub past: Option<PastRequest>,
-    /// Request to `hop/rN/snapshot`.
+    /// Request to `hop/snapshot`.
     pub map: Option<MapRequest>,
     /// Request to `hop/prior`.
     pub prior: Option<PriorRequest>,

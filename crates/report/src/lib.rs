@@ -36,7 +36,7 @@ pub use goals::{goal_cells, with_only_goal};
 pub use latency::{Latency, LatencyReport, PerStep, Percentiles};
 pub use phrases::TeamEffort;
 pub use picture::{Layer, Picture, PictureGrid, PictureStyle, TitledPicture};
-pub use robot_summary::{RobotKind, RobotSummary};
+pub use robot_summary::RobotSummary;
 pub use summary::{Process, Summary, SummaryBuilder, path_as_text};
 pub use table::table;
 pub use tally::{Executed, Leadership, Route, Tally};

@@ -2,52 +2,18 @@
 
 use std::fmt;
 
-use contract::{Body, Cell, Member, Name, Robot, RobotId, Standing, Status};
+use contract::{Cell, Member, Name, Robot, RobotId, Standing, Status};
 use serde::{Deserialize, Serialize};
 
 use crate::phrases::counted;
-
-/// What a robot is, in the words of scenarios.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum RobotKind {
-    /// Hops from cell to cell.
-    Hopper,
-    /// Drives, to a goal or to cover ground.
-    Rover,
-    /// Flies and looks ahead.
-    Helicopter,
-}
-
-impl RobotKind {
-    /// The name in scenarios and summaries.
-    #[must_use]
-    pub fn as_str(self) -> &'static str {
-        match self {
-            RobotKind::Hopper => "hopper",
-            RobotKind::Rover => "rover",
-            RobotKind::Helicopter => "helicopter",
-        }
-    }
-}
-
-impl From<Body> for RobotKind {
-    fn from(body: Body) -> Self {
-        match body {
-            Body::Hopper(_) => RobotKind::Hopper,
-            Body::Rover(_) | Body::Driver(_) => RobotKind::Rover,
-            Body::Helicopter(_) => RobotKind::Helicopter,
-        }
-    }
-}
 
 /// One of several robots at the end of a mission. Displayed, it is a phrase for a terminal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct RobotSummary {
     /// Number of the robot.
     pub robot: RobotId,
-    /// What it is.
-    pub kind: RobotKind,
+    /// What people call its body.
+    pub kind: Name,
     /// The planner that commanded it last; [`Name::NONE`] if none did.
     pub planner: Name,
     /// Number of decisions that were its turn, those by which it waited included.
@@ -74,7 +40,8 @@ impl RobotSummary {
             (Standing::Active, Some(Status::Lost | Status::LeftMap)) => Standing::Stranded,
             (standing, _) => standing,
         };
-        Self { robot: number, kind: robot.body.into(), planner, actions, status, cell: member.at.cell }
+        let kind = robot.body.word().parse().unwrap_or(Name::NONE);
+        Self { robot: number, kind, planner, actions, status, cell: member.at.cell }
     }
 }
 

@@ -7,7 +7,6 @@ use ratatui::text::{Line, Span};
 
 use monitor::History;
 use monitor::history::{Hop, LeaderChange, Peer, PeerChange};
-use report::RobotKind;
 
 use crate::ViewSettings;
 use crate::map::{ROBOT_NUMBERS, WHITE, robot_paint};
@@ -154,7 +153,7 @@ fn robots(history: &History, brief: &Brief, at: Decision, seen_percent: f64) -> 
             ROBOT_NUMBERS[robot % ROBOT_NUMBERS.len()],
             Style::new().fg(ink).bg(ground.unwrap_or(WHITE)),
         );
-        let kind = RobotKind::from(described.body).as_str();
+        let kind = described.body.word();
         let text = format!(" {kind} {}, {}", member.leader.planner, member.standing);
         lines.push(Line::from(vec![number, Span::raw(text)]));
     }

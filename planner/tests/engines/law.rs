@@ -98,7 +98,7 @@ fn every_algorithm_answers_to_its_name_and_an_unknown_one_names_the_known() {
         assert_eq!(algorithm(name).unwrap().name().as_str(), name);
     }
     let error = algorithm("oracle").err().unwrap();
-    assert_eq!(error, PlannerError::UnknownAlgorithm { got: "oracle".into() });
+    assert!(matches!(&error, PlannerError::UnknownAlgorithm { got, .. } if got == "oracle"), "{error}");
     let listed = planner::listed();
     assert_eq!(error.to_string(), format!("no planner is called \"oracle\"; need one of {listed}"));
     let error = algorithm("Dstar-Lite").err().unwrap();

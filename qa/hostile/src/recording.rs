@@ -82,7 +82,7 @@ pub fn messages() -> Vec<RecordedMessage> {
     let host =
         MachineLoad { since: MonotonicNs(5), until: MonotonicNs(9), busy: 0.5, load_1min: 1.25, cores: 2 };
     messages.push(RecordedMessage::Host(host));
-    let topic = "hop/r0/state".into();
+    let topic = "hop/state".into();
     messages.push(RecordedMessage::Gap(SequenceGap {
         topic,
         from: 3,

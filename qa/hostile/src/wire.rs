@@ -44,7 +44,7 @@ pub fn command(bytes: &[u8]) {
     there_and_back::<CommandV3, Command>(&header(bytes).0);
 }
 
-/// Reads messages of `hop/rN/control` and `hop/rN/tempo`.
+/// Reads messages of `hop/control` and `hop/tempo`.
 pub fn control(bytes: &[u8]) {
     there_and_back::<ControlV1, Control>(&header(bytes).0);
     there_and_back::<TempoV1, Pacing>(&header(bytes).0);
@@ -55,12 +55,12 @@ pub fn heartbeat(bytes: &[u8]) {
     there_and_back::<HeartbeatV2, Heartbeat>(&header(bytes).0);
 }
 
-/// Reads a message of `hop/rN/state`.
+/// Reads a message of `hop/state`.
 pub fn state(bytes: &[u8]) {
     there_and_back::<StateV4, State>(&header(bytes).0);
 }
 
-/// `hop/rN/map`: a header with its cells.
+/// `hop/map`: a header with its cells.
 pub fn map_patch(bytes: &[u8]) {
     let (header, rest) = header(bytes);
     paged(patch_from_wire(&header, &payload(rest)), |patch| {
@@ -70,7 +70,7 @@ pub fn map_patch(bytes: &[u8]) {
     });
 }
 
-/// Reads an answer of `hop/rN/snapshot`.
+/// Reads an answer of `hop/snapshot`.
 pub fn map_page(bytes: &[u8]) {
     let (header, rest) = header(bytes);
     paged(map_page_from_wire(&header, &payload(rest)), |page| {

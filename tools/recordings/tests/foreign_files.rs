@@ -198,7 +198,7 @@ fn messages_without_a_channel_are_a_fault_and_no_empty_file_is_written() {
     assert!(refusal.contains("no message can be recovered") && refusal.contains(&need), "{refusal}");
     assert!(!folder.path("out.mcap").exists());
 
-    let state = contents.channel("hop/r0/state");
+    let state = contents.channel("hop/state");
     let of_state = |(_, body): &&Record| body[..2] == state;
     let states = contents.messages.iter().filter(of_state).count();
     let without: Vec<Record> = contents
@@ -310,7 +310,7 @@ fn messages_that_cannot_be_decoded_are_counted_and_left_out() {
     let folder = Folder::new();
     let bytes = seed();
     let Contents { metadata, definitions, messages: sent } = Contents::of(&bytes);
-    let state = Contents::of(&bytes).channel("hop/r0/state");
+    let state = Contents::of(&bytes).channel("hop/state");
     let (_, states) = fixtures::flown();
     let mut absurd = states[1];
     absurd.last.as_mut().unwrap().flight.launch_angle_rad = -7.653951726284979e96;
@@ -323,7 +323,7 @@ fn messages_that_cannot_be_decoded_are_counted_and_left_out() {
     let (intact, _) = folder.info("intact.mcap");
     assert_eq!((code, &told["whole"], &told["undecodable"]), (Some(1), &true.into(), &2.into()), "{told}");
     assert_eq!((&told["digest"], &told["records"]), (&intact["digest"], &intact["records"]));
-    for words in [&["export"][..], &["export", "--topic", "hop/r0/state"], &["export", "--format", "json"]] {
+    for words in [&["export"][..], &["export", "--topic", "hop/state"], &["export", "--format", "json"]] {
         let [got, need] = ["damaged.mcap", "intact.mcap"].map(|file| folder.bag(&[words, &[file]].concat()));
         assert_eq!(got.status.code(), Some(0), "{words:?}: {}", stderr(&got));
         assert!(got.stdout == need.stdout && !need.stdout.is_empty(), "{words:?}");

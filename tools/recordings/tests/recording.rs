@@ -85,10 +85,10 @@ fn a_recording_has_every_decision_and_its_planner_decides_them_again() {
     let rows = String::from_utf8(rows.stdout).unwrap();
     assert!(rows.starts_with("decision,action,"), "{rows}");
     assert_eq!(rows.lines().count() as u64, 1 + count(&summary["decisions"]));
-    let states = bag(&mission, &["export", "--topic", "hop/r0/state"], "a.mcap");
+    let states = bag(&mission, &["export", "--topic", "hop/state"], "a.mcap");
     assert!(String::from_utf8_lossy(&states.stdout).lines().next().unwrap().contains("pose.cell.x"));
     // The mission waits for its recorder, so that it begins with the first of all messages.
-    let states = bag(&mission, &["export", "--topic", "hop/r0/state", "--format", "json"], "a.mcap");
+    let states = bag(&mission, &["export", "--topic", "hop/state", "--format", "json"], "a.mcap");
     let first = String::from_utf8_lossy(&states.stdout).lines().next().map(str::to_owned).unwrap();
     assert!(first.contains(r#""decision":0,"#), "{first}");
 }
@@ -350,12 +350,12 @@ fn what_the_queue_lost_is_taken_from_the_past() {
         .as_array()
         .unwrap()
         .iter()
-        .filter(|gap| gap["topic"] == "hop/r0/state")
+        .filter(|gap| gap["topic"] == "hop/state")
         .map(|gap| 1 + count(&gap["through"]) - count(&gap["from"]))
         .sum();
     assert!(lost > 200, "{lost} states lost: {told}");
     let text = String::from_utf8(bag(&mission, &["info"], "a.mcap").stdout).unwrap();
-    assert!(text.contains("missing     no decision") && text.contains("of hop/r0/state"), "{text}");
+    assert!(text.contains("missing     no decision") && text.contains("of hop/state"), "{text}");
     let rows = bag(&mission, &["export"], "a.mcap").stdout;
     assert_eq!(String::from_utf8(rows).unwrap().lines().count() as u64, 1 + count(&flown["decisions"]));
 }

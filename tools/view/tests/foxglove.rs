@@ -102,7 +102,7 @@ fn a_viewer_is_told_the_channels_and_gets_messages() {
     viewer.read_until(|viewer| all.iter().all(|topic| viewer.channels.contains_key(topic)));
     assert_eq!(viewer.name.as_deref(), Some(format!("hopper {}", mission.name).as_str()));
     assert_eq!(viewer.channels["view/map"].1, "foxglove.PointCloud");
-    assert_eq!(viewer.channels["hop/r0/state"].1, "hopper.State");
+    assert_eq!(viewer.channels["hop/state"].1, "hopper.State");
     mission.await_decisions(2);
 
     // What was published before, as the brief, is there for whoever comes now.
@@ -117,7 +117,7 @@ fn a_viewer_is_told_the_channels_and_gets_messages() {
     for (subscription, topic) in (0..).zip(all.iter().filter(|topic| !topic.ends_with("policy"))) {
         viewer.subscribe(subscription, topic);
     }
-    late.subscribe(3, "hop/r0/state");
+    late.subscribe(3, "hop/state");
     late.subscribe(4, "view/plan");
     late.read_until(|viewer| viewer.has(3, 2) && viewer.has(4, 1));
     let sim = mission.hurry(slow, "3");

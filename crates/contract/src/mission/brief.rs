@@ -5,83 +5,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::spelling::did_you_mean;
-use crate::{Account, Cell, Cover, Goal, Grid, Name, Reading, Robots, RunId, Sampling, Visit};
-
-/// Which reading of the model the mission follows.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
-pub enum Profile {
-    /// Sakamoto & Kunii 2023 reproduced to the letter.
-    #[serde(rename = "paper-2023")]
-    Paper2023,
-    /// The paper's world with our planners' choices.
-    #[serde(rename = "hopper")]
-    Hopper,
-}
-
-impl Profile {
-    /// Every profile.
-    pub const ALL: [Profile; 2] = [Profile::Paper2023, Profile::Hopper];
-
-    /// The profile's name in scenarios and on the command line.
-    #[must_use]
-    pub fn as_str(self) -> &'static str {
-        match self {
-            Profile::Paper2023 => "paper-2023",
-            Profile::Hopper => "hopper",
-        }
-    }
-
-    /// The code on the wire.
-    #[must_use]
-    pub fn code(self) -> u32 {
-        match self {
-            Profile::Paper2023 => 1,
-            Profile::Hopper => 2,
-        }
-    }
-
-    /// The profile of a wire code, if there is one.
-    #[must_use]
-    pub fn from_code(code: u32) -> Option<Self> {
-        Self::ALL.into_iter().find(|profile| profile.code() == code)
-    }
-}
-
-impl std::fmt::Display for Profile {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.pad(self.as_str())
-    }
-}
-
-impl std::str::FromStr for Profile {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        Self::ALL.into_iter().find(|profile| profile.as_str() == text).ok_or_else(|| {
-            let meant = did_you_mean(text, Self::ALL.map(Profile::as_str));
-            format!("a profile is paper-2023 or hopper, got {text:?}{meant}")
-        })
-    }
-}
-
-/// All values from `min` to `max`, both included.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Range {
-    /// Lower end; not above `max`.
-    pub min: f64,
-    /// Upper end, not below the lower.
-    pub max: f64,
-}
-
-impl Range {
-    /// Where `value` lies between the ends: 0 at the lower, 1 at the upper, beyond outside; 0 on an empty range.
-    #[must_use]
-    pub fn normalise(&self, value: f64) -> f64 {
-        let width = self.max - self.min;
-        if width > 0.0 { (value - self.min) / width } else { 0.0 }
-    }
-}
+use crate::{
+    Account, Cell, Cover, Goal, Grid, Name, Profile, Range, Reading, Robots, RunId, Sampling, Visit,
+};
 
 /// Weights of the payoff r = w1·S + w2·I + w3·D (P23 eq. 3).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

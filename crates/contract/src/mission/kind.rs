@@ -3,7 +3,7 @@
 //! A kind is a struct with its parameters, in a file of its own, and one line in the list of its family. In messages it is its
 //! code with a block of numbers; both ways, the refusals and the reference follow from [`Kind::parameters`].
 
-use crate::wire::Block;
+use crate::block::{Block, InBlock};
 
 /// One of several kinds of a family, with its parameters.
 pub trait Kind: Copy + Default {
@@ -14,12 +14,34 @@ pub trait Kind: Copy + Default {
     fn parameters(&mut self, block: &mut Block<'_>);
 }
 
-/// Declares a family of kinds: an enum of one variant a kind, each with its code.
+/// A kind, and how a block holds its parameters.
+#[derive(Clone, Debug, PartialEq)]
+pub struct KindInBlock {
+    /// Its code.
+    pub code: u32,
+    /// Its name.
+    pub name: &'static str,
+    /// What it is.
+    pub what: &'static str,
+    /// Its parameters in order.
+    pub parameters: Vec<InBlock>,
+}
+
+impl KindInBlock {
+    pub(crate) fn of<K: Kind>(code: u32, what: &'static str) -> Self {
+        let mut block = Block::describe();
+        K::default().parameters(&mut block);
+        Self { code, name: K::NAME, what: what.trim(), parameters: block.described() }
+    }
+}
+
+/// Declares a family of kinds: an enum of one variant a kind, each with its code. What can be asked of any of them is a trait,
+/// which the file of each answers.
 ///
 /// ```text
 /// kinds! {
 ///     /// What a robot is.
-///     pub enum Body, block of 16, refused as "robot.body" {
+///     pub enum Body, each BodyKind, block of 16, refused as "robot.body" {
 ///         /// Hops.
 ///         Hopper(Hopper) = 1,
 ///     }
@@ -28,7 +50,7 @@ pub trait Kind: Copy + Default {
 macro_rules! kinds {
     (
         $(#[doc = $about:literal])+
-        pub enum $family:ident, block of $values:literal, refused as $prefix:literal {
+        pub enum $family:ident, each $trait:ident, block of $values:literal, refused as $prefix:literal {
             $($(#[doc = $what:literal])+ $kind:ident($parameters:ident) = $code:literal,)+
         }
     ) => {
@@ -55,10 +77,18 @@ macro_rules! kinds {
                 }
             }
 
+            /// What can be asked of any of them.
+            #[must_use]
+            pub fn as_kind(&self) -> &dyn $trait {
+                match self {
+                    $(Self::$kind(kind) => kind,)+
+                }
+            }
+
             /// Its code and its parameters, the rest of the block zero.
             pub(crate) fn to_block(self) -> (u32, [f64; $values]) {
                 let mut values = [0.0; $values];
-                let mut block = $crate::wire::Block::write(&mut values);
+                let mut block = $crate::block::Block::write(&mut values);
                 match self {
                     $(Self::$kind(mut kind) => {
                         $crate::mission::kind::Kind::parameters(&mut kind, &mut block);
@@ -75,7 +105,7 @@ macro_rules! kinds {
                 match code {
                     $($code => {
                         let mut kind = $parameters::default();
-                        let mut block = $crate::wire::Block::read($prefix, values);
+                        let mut block = $crate::block::Block::read($prefix, values);
                         $crate::mission::kind::Kind::parameters(&mut kind, &mut block);
                         block.end()?;
                         Ok(Self::$kind(kind))
@@ -89,10 +119,9 @@ macro_rules! kinds {
 
             /// All kinds with their codes, what they are, and their parameters.
             #[must_use]
-            pub fn described() -> Vec<$crate::wire::KindInBlock> {
-                vec![$($crate::wire::KindInBlock::of::<$parameters>(
+            pub fn described() -> Vec<$crate::mission::kind::KindInBlock> {
+                vec![$($crate::mission::kind::KindInBlock::of::<$parameters>(
                     $code,
-                    <$parameters as $crate::mission::kind::Kind>::NAME,
                     concat!($($what),+),
                 )),+]
             }

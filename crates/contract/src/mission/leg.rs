@@ -2,9 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::brief::{Guard, Limits, Payoff, Priors, Profile, Weights};
+use super::brief::{Guard, Limits, Payoff, Priors, Weights};
 use super::reading::Reading;
-use crate::{Brief, Cell, Grid, MotionParameters, RobotId, RunId, SensorParameters};
+use crate::{Brief, Cell, Grid, MotionParameters, Profile, RobotId, RunId, SensorParameters};
 
 /// The way of one hopper from a start to a goal, with everything that a plan of it may depend on beside map and state: the whole
 /// mission of a hopper that is alone, the stretch between two goals of one that visits several, one robot's part of a mission of

@@ -51,7 +51,7 @@ impl Robot {
             sensor: Sensor::Disc(sensor),
             start: Placement { cell: start, heading: Direction::North },
             start_at: Waypoint::middle_of(grid, start),
-            goal: Goal::Reach(Reach::cell(grid, goal)),
+            goal: Goal::Reach(Reach::of_cell(grid, goal)),
             required: true,
         }
     }

@@ -34,7 +34,7 @@ pub struct Control {
     pub order: Order,
 }
 
-/// How hopper-sim paces landings at present, on `hop/rN/tempo`.
+/// How hopper-sim paces landings at present, on `hop/tempo`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Pacing {
     /// Run it belongs to; whoever follows another run refuses it.

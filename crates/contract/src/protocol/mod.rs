@@ -2,14 +2,12 @@
 
 pub mod command;
 pub mod control;
-pub mod digest;
 pub mod heartbeat;
 pub mod missing_peer;
 pub mod past;
 pub mod peer_table;
 pub mod policy;
 pub mod record;
-pub mod refusal;
 pub mod route;
 pub mod state;
 pub mod team;

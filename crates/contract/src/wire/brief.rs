@@ -1,11 +1,11 @@
 //! `hop/brief`.
 
-use super::codec::{
+use super::declaration::wire;
+use super::{CELL_SIZE, GRID_SIDE, HOP_CELLS, RobotV1, grid_from_wire};
+use crate::codec::{
     ANY, Ascending, Codec, LENGTH, NAME, PAYOFF, PROBABILITY, RUN, Whole, ascending, at_most, by_hand, each,
     float, joint, or_zero, tag, whole,
 };
-use super::declaration::wire;
-use super::{CELL_SIZE, GRID_SIDE, HOP_CELLS, RobotV1, grid_from_wire};
 use crate::limits::{
     BUDGET_MAX_NS, DECISIONS_MAX, LENGTH_MAX_M, PAYOFF_MAX, ROBOTS_MAX, SAMPLES_MAX, TREASURES_MAX,
 };

@@ -4,8 +4,8 @@ use crate::Role;
 use crate::fixed_payload;
 
 use super::action_from_wire;
-use super::codec::{ANY, COUNTED, FLAG, GIVEN_NAME, NOT_ZERO, ROBOT, RUN, by_hand, whole};
 use super::declaration::wire;
+use crate::codec::{ANY, COUNTED, FLAG, GIVEN_NAME, NOT_ZERO, ROBOT, RUN, by_hand, whole};
 use crate::limits::DECISIONS_MAX;
 use crate::message::{Message, PublishSubscribe};
 use crate::{Command, Decision, Digest, Incarnation, MonotonicNs, Name, Refusal, Term};

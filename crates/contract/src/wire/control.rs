@@ -1,10 +1,10 @@
-//! `hop/rN/control` with `hop/rN/tempo`.
+//! `hop/control` with `hop/tempo`.
 
 use crate::Role;
 use crate::fixed_payload;
 
-use super::codec::{Codec, FLAG, Float, NOT_ZERO, ROBOT, RUN, float, joint, unknown_tag, whole};
 use super::declaration::wire;
+use crate::codec::{Codec, FLAG, Float, NOT_ZERO, ROBOT, RUN, float, joint, unknown_tag, whole};
 use crate::message::{Message, PublishSubscribe};
 use crate::mission::pace::{HERTZ_MAX, HERTZ_MIN, TIMES_MAX, TIMES_MIN};
 use crate::{Control, Incarnation, Order, Pace, Pacing, Refusal};
@@ -110,7 +110,7 @@ impl Message for Control {
         max_subscribers: 24,
         history: 0,
         buffer: 16,
-        ..PublishSubscribe::new("hop/rN/control", &[Role::Monitor])
+        ..PublishSubscribe::new("hop/control", &[Role::Monitor])
     };
 }
 
@@ -118,7 +118,7 @@ fixed_payload!(Pacing => TempoV1);
 
 /// Published when it changes, and again every second.
 impl Message for Pacing {
-    const SERVICE: PublishSubscribe = PublishSubscribe::new("hop/rN/tempo", &[Role::HopperSim]);
+    const SERVICE: PublishSubscribe = PublishSubscribe::new("hop/tempo", &[Role::HopperSim]);
 }
 
 #[cfg(test)]

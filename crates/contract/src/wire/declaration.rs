@@ -2,7 +2,7 @@
 
 use bytemuck::Pod;
 
-use super::codec::Codec;
+use crate::codec::Codec;
 use crate::field::Field;
 
 impl Field {
@@ -133,19 +133,19 @@ macro_rules! wire {
     (@name $prefix:literal $field:ident $name:literal) => { $name };
 
     // The codec that describes a field.
-    (@codec) => { $crate::wire::codec::by_hand("written as 0, not read") };
+    (@codec) => { $crate::codec::by_hand("written as 0, not read") };
     (@codec $codec:expr) => { $codec };
 
     // What is written to a field.
     (@to reserved: u32) => { 0 };
     (@to $field:ident: $layout:ty = $codec:expr) => {
-        $crate::wire::codec::Codec::<$layout>::to_wire(&$codec, $field)
+        $crate::codec::Codec::<$layout>::to_wire(&$codec, $field)
     };
 
     // What is read from a field.
     (@from $wire:ident $name:expr, reserved: u32) => { () };
     (@from $wire:ident $name:expr, $field:ident: $layout:ty = $codec:expr) => {
-        $crate::wire::codec::Codec::<$layout>::from_wire(&$codec, $name, $wire.$field)?
+        $crate::codec::Codec::<$layout>::from_wire(&$codec, $name, $wire.$field)?
     };
 
     // How the domain type is read: alone, or as a header with its cells.

@@ -1,7 +1,7 @@
 //! One cell of terrain on the wire.
 
-use super::codec::{Code, Codec, Ends, FLAG, GRADIENT, LENGTH, unknown_tag};
 use super::declaration::wire;
+use crate::codec::{Code, Codec, Ends, FLAG, GRADIENT, LENGTH, unknown_tag};
 use crate::{DriveSpeed, Ground, Refusal, Soil};
 
 wire! {

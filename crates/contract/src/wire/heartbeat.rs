@@ -2,8 +2,8 @@
 
 use crate::fixed_payload;
 
-use super::codec::{ANY, COUNTED, NAME, NOT_ZERO, RUN, narrow, tag};
 use super::declaration::wire;
+use crate::codec::{ANY, COUNTED, NAME, NOT_ZERO, RUN, narrow, tag};
 use crate::message::{Message, PublishSubscribe};
 use crate::{Decision, Heartbeat, Incarnation, Name, RobotSet, Role, Status};
 

@@ -1,15 +1,15 @@
-//! `hop/rN/map` and `hop/rN/snapshot`.
+//! `hop/map` and `hop/snapshot`.
 
 use crate::Role;
 use crate::{fixed_payload, slice_payload};
 
-use super::codec::{ANY, COUNTED, FLAG, GRADIENT, LENGTH, ROBOT, RUN, at_most, by_hand};
 use super::declaration::wire;
 use super::ground::SOIL;
 use super::{
     CELL_SIZE, GRID_SIDE, HOP_CELLS, TREASURE_COUNT, TREASURES, cells_at_most, grid_from_wire,
     treasures_from_wire, treasures_to_wire,
 };
+use crate::codec::{ANY, COUNTED, FLAG, GRADIENT, LENGTH, ROBOT, RUN, at_most, by_hand};
 use crate::limits::{MAP_PAGE_CELLS, MAP_PATCH_CELLS, PATCHES_MAX, TREASURES_MAX};
 use crate::message::{Capacity, Message, PublishSubscribe, Request, RequestResponse};
 use crate::{Decision, Digest, Grid, Ground, MapPage, MapPatch, MapRequest, MonotonicNs, Refusal, SeenCell};
@@ -239,7 +239,7 @@ impl Message for MapPatch {
         buffer: 16,
         event: true,
         capacity: Capacity::Cells(MAP_PATCH_CELLS),
-        ..PublishSubscribe::new("hop/rN/map", &[Role::Perception])
+        ..PublishSubscribe::new("hop/map", &[Role::Perception])
     };
 }
 
@@ -251,7 +251,7 @@ slice_payload!(MapPage => MapPageV2, SeenCellV3, cells, map_page_from_wire);
 impl Request for MapRequest {
     type Response = MapPage;
     const SERVICE: RequestResponse = RequestResponse {
-        name: "hop/rN/snapshot",
+        name: "hop/snapshot",
         server: Role::Perception,
         max_clients: 24,
         page: MAP_PAGE_CELLS,

@@ -10,9 +10,7 @@
 //! All of this follows from one declaration a field, by the macro `wire!` of `declaration.rs`: its reason, its type, and
 //! its range by a codec of `codec/`. `docs/messages.md` lists them. A field `reserved` is written as 0 and not read.
 
-mod block;
 mod brief;
-pub(crate) mod codec;
 mod command;
 mod control;
 mod declaration;
@@ -30,7 +28,6 @@ mod team;
 mod tests;
 mod truth;
 
-pub use block::{Block, InBlock, KindInBlock};
 pub use brief::{BriefV10, brief_from_wire};
 pub use command::CommandV3;
 pub use control::{ControlV1, TempoV1};
@@ -48,6 +45,10 @@ pub use state::StateV4;
 pub use team::{MemberV6, TeamHeaderV1, team_from_wire};
 pub use truth::{TruthPageV1, TruthRequestV1, truth_page_from_wire};
 
+use crate::codec::{
+    ANY, ByHand, CELL, COUNTED, Codec, Float, LENGTH, NAME, Whole, at_most, by_hand, float, joint, tag,
+    unknown_tag, whole,
+};
 pub use crate::field::Field;
 use crate::limits::{CELL_SIZE_MIN_M, GRID_SIDE_MAX, LENGTH_MAX_M, TREASURES_MAX};
 use crate::message::Visitor;
@@ -56,10 +57,6 @@ use crate::{
     Action, Announcement, Branch, Brief, Cell, Command, Control, Flight, Grid, Heartbeat, Incarnation,
     Leader, MapPatch, MapRequest, Name, Outcome, Pacing, PastRequest, Policy, Pose, PriorRequest, Refusal,
     RouteRequest, State, Team, Term, TruthRequest,
-};
-use codec::{
-    ANY, ByHand, CELL, COUNTED, Codec, Float, LENGTH, NAME, Whole, at_most, by_hand, float, joint, tag,
-    unknown_tag, whole,
 };
 use declaration::wire;
 

@@ -3,11 +3,11 @@
 use crate::Role;
 use crate::{fixed_payload, slice_payload};
 
-use super::codec::{
-    ACTION_BITS, ANY, COUNTED, FLAG, MOMENTS, ROBOT, RUN, STEPS, TREASURE_BITS, by_hand, part, tag,
-};
 use super::declaration::wire;
 use super::{LeaderV1, OutcomeV1, PoseV1, action_from_wire};
+use crate::codec::{
+    ACTION_BITS, ANY, COUNTED, FLAG, MOMENTS, ROBOT, RUN, STEPS, TREASURE_BITS, by_hand, part, tag,
+};
 use crate::limits::PAST_PAGE_RECORDS;
 use crate::message::{Request, RequestResponse};
 use crate::{

@@ -4,8 +4,8 @@ use crate::Role;
 use crate::slice_payload;
 
 use super::cells_at_most;
-use super::codec::{ACTION, COUNTED, FINITE, NAME, ROBOT, RUN, float};
 use super::declaration::wire;
+use crate::codec::{ACTION, COUNTED, FINITE, NAME, ROBOT, RUN, float};
 use crate::limits::GRID_CELLS_MAX;
 use crate::message::{Capacity, Message, PublishSubscribe};
 use crate::{Decision, Name, Policy, PolicyCell};

@@ -1,8 +1,8 @@
 //! `hop/prior`.
 
-use super::codec::{ANY, LENGTH, RUN, by_hand};
 use super::declaration::wire;
 use super::{CELL_SIZE, GRID_SIDE, HOP_CELLS, cells_at_most, grid_from_wire};
+use crate::codec::{ANY, LENGTH, RUN, by_hand};
 use crate::limits::PRIOR_PAGE_CELLS;
 use crate::message::{Request, RequestResponse};
 use crate::{Grid, PriorCell, PriorPage, PriorRequest, Role, SpeedPrior, fixed_payload, slice_payload};

@@ -1,7 +1,7 @@
 //! A robot as the brief tells of it.
 
-use super::codec::{CELL, FLAG, HEADING, LENGTH, by_hand};
 use super::declaration::wire;
+use crate::codec::{CELL, FLAG, HEADING, LENGTH, by_hand};
 use crate::{Body, Goal, Placement, Robot, Sensor, Waypoint};
 
 wire! {
@@ -55,7 +55,7 @@ wire! {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::wire::KindInBlock;
+    use crate::mission::kind::KindInBlock;
     use crate::{
         Camera, Cell, Cover, CoverMode, Driver, ErringCamera, GradientSource, Grid, Helicopter, LookAhead,
         MotionParameters, Reach, Rover, SensorParameters, SoilMotion, Square, Track, Visit,

@@ -1,7 +1,7 @@
 //! `hop/rN/route` and `hop/routes`.
 
-use super::codec::{ANY, FINITE, ROBOT, RUN};
 use super::declaration::wire;
+use crate::codec::{ANY, FINITE, ROBOT, RUN};
 use crate::limits::ROUTE_POINTS_MAX;
 use crate::message::{Capacity, Message, PublishSubscribe, Request, RequestResponse};
 use crate::{Announcement, Refusal, Role, Route, RouteId, RoutePage, RouteRequest, Waypoint, fixed_payload};

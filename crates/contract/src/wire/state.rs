@@ -1,15 +1,15 @@
-//! `hop/rN/state`.
+//! `hop/state`.
 
 use bytemuck::Zeroable;
 
 use crate::Role;
 use crate::fixed_payload;
 
-use super::codec::{
-    ACTION_BITS, ANY, COUNTED, MOMENTS, ROBOT, RUN, STEPS, TREASURE_BITS, by_hand, part, tag,
-};
 use super::declaration::wire;
 use super::{LeaderV1, OutcomeV1, PoseV1};
+use crate::codec::{
+    ACTION_BITS, ANY, COUNTED, MOMENTS, ROBOT, RUN, STEPS, TREASURE_BITS, by_hand, part, tag,
+};
 use crate::message::{Message, PublishSubscribe};
 use crate::{Collected, Decision, Digest, Leader, MonotonicNs, Origin, Pose, State, Status, Vetoed};
 
@@ -89,6 +89,6 @@ impl Message for State {
         max_subscribers: 24,
         buffer: 64,
         event: true,
-        ..PublishSubscribe::new("hop/rN/state", &[Role::HopperSim])
+        ..PublishSubscribe::new("hop/state", &[Role::HopperSim])
     };
 }

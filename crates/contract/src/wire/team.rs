@@ -3,11 +3,11 @@
 use bytemuck::Zeroable;
 
 use super::LeaderV1;
-use super::codec::{
+use super::declaration::wire;
+use crate::codec::{
     ANY, CELL, COUNTED, Codec, Ends, FLAG, Float, HEADING, LENGTH, ROBOT, RUN, at_most, by_hand, float,
     joint, part, tag,
 };
-use super::declaration::wire;
 use crate::limits::{LENGTH_MAX_M, ROBOTS_MAX, ROUTE_POINTS_MAX};
 use crate::message::{Capacity, Message, PublishSubscribe};
 use crate::{

@@ -7,8 +7,10 @@ use std::fmt::Write as _;
 use bytemuck::Zeroable;
 
 use super::*;
+use crate::block::InBlock;
 use crate::limits::TREASURES_MAX;
 use crate::message::{Message, Request};
+use crate::mission::kind::KindInBlock;
 use crate::{Account, Body, Goal, Ground, Member, PolicyCell, PriorCell, Record, Robot, SeenCell, Sensor};
 
 /// A wire type by what its declaration says.
@@ -326,7 +328,7 @@ mod samples {
     pub fn driver(brief: &Brief) -> Robot {
         Robot {
             body: Body::Driver(Driver {}),
-            goal: Goal::Reach(Reach::cell(&brief.grid, Cell::new(9, 9))),
+            goal: Goal::Reach(Reach::of_cell(&brief.grid, Cell::new(9, 9))),
             ..brief.robots[0]
         }
     }

@@ -3,12 +3,12 @@
 use crate::Role;
 use crate::{fixed_payload, slice_payload};
 
-use super::codec::{ANY, RUN};
 use super::declaration::wire;
 use super::{
     CELL_SIZE, GRID_SIDE, GroundV2, HOP_CELLS, TREASURE_COUNT, TREASURES, cells_at_most, grid_from_wire,
     treasures_from_wire, treasures_to_wire,
 };
+use crate::codec::{ANY, RUN};
 use crate::limits::{TREASURES_MAX, TRUTH_PAGE_CELLS};
 use crate::message::{Request, RequestResponse};
 use crate::{Grid, Ground, TruthPage, TruthRequest};

@@ -3,10 +3,10 @@
 use std::time::{Duration, Instant};
 
 use contract::{
-    Action, Branch, Brief, Cell, Command, Decision, Digest, Direction, Flight, GradientSource, Grid, Ground,
-    Incarnation, Leader, Limits, MapPage, MapPatch, MapRequest, MonotonicNs, MotionParameters, Name, Outcome,
-    Payoff, Policy, PolicyCell, Pose, Priors, Profile, Range, Record, RobotId, RunId, SeenCell,
-    SensorParameters, SoilMotion, State, Status, Term, Timing, TruthPage, TruthRequest, Weights,
+    Account, Action, Branch, Brief, Cell, Command, Decision, Digest, Direction, Flight, GradientSource, Grid,
+    Ground, Incarnation, Leader, Limits, MapPage, MapPatch, MapRequest, MonotonicNs, MotionParameters, Name,
+    Outcome, Payoff, Policy, PolicyCell, Pose, Priors, Profile, Range, Record, Robot, RobotId, Robots, RunId,
+    SeenCell, SensorParameters, SoilMotion, State, Status, Term, Timing, TruthPage, TruthRequest, Weights,
 };
 use node::{Instance, SHARED_MEMORY};
 
@@ -65,16 +65,28 @@ pub fn ground(height_m: f64) -> Ground {
 pub fn brief() -> Brief {
     let soil =
         |stuck, sideways| SoilMotion { intended: 1.0 - stuck - 2.0 * sideways, stuck, sideways, flights: 1 };
+    let motion = MotionParameters {
+        hard: soil(0.1, 0.05),
+        sand: soil(0.2, 0.1),
+        slope_limit_rad: 0.5,
+        launch_angle_rad: 0.78,
+        gravity_mps2: 3.71,
+    };
+    let sensor = SensorParameters {
+        gain: 2.0,
+        offset_m: 1.0,
+        radius_min_m: 1.0,
+        radius_max_m: 10.0,
+        gradient: GradientSource::Measured,
+    };
+    let hopper = Robot::hopper(&grid(), motion, sensor, [Cell::new(0, 0), Cell::new(4, 3)]);
     Brief {
         run: RUN,
         scenario: name("test"),
         scenario_hash: [7; 32],
         profile: Profile::Hopper,
-        robots: 1,
         grid: grid(),
         datum_m: -4000.0,
-        start: Cell::new(0, 0),
-        goal: Cell::new(4, 3),
         weights: Weights { safety: 1.0, information: 1.0, distance: 1.0 },
         payoff: Payoff { goal: 10.0, treasure: 5.0, discount: 0.9, sand_term: 0.5 },
         priors: Priors {
@@ -82,27 +94,12 @@ pub fn brief() -> Brief {
             height_m: Range { min: 0.0, max: 3.0 },
             treasures: 0,
         },
-        motion: MotionParameters {
-            hard: soil(0.1, 0.05),
-            sand: soil(0.2, 0.1),
-            slope_limit_rad: 0.5,
-            launch_angle_rad: 0.78,
-            gravity_mps2: 3.71,
-        },
-        sensor: SensorParameters {
-            gain: 2.0,
-            offset_m: 1.0,
-            radius_min_m: 1.0,
-            radius_max_m: 10.0,
-            gradient: GradientSource::Measured,
-        },
         limits: Limits { steps_max: 100, decision_budget_ns: 600_000_000 },
         guard: contract::Guard::OFF,
         reading: contract::Reading::default(),
-        cover: None,
-        scout: None,
-        mixed: None,
-        patrol: None,
+        account: Account::Hopper,
+        sampling: None,
+        robots: Robots::new(&[hopper]).unwrap(),
     }
 }
 

@@ -8,7 +8,6 @@ use super::quiver::arrow;
 use super::svg_writer::{Number, SvgWriter};
 use super::symbols::{TreasureState, dot, goal, hopper, start, treasure};
 use super::tile_map::{Tile, TileMap};
-use crate::RobotKind;
 
 const ENTRY_WIDTH: f64 = 228.0;
 const ENTRY_HEIGHT: f64 = 25.0;
@@ -99,7 +98,7 @@ fn scout_entries(picture: &Picture<'_>, tiles: &TileMap) -> Vec<Entry> {
 /// An entry a robot, in the order of their numbers.
 fn robot_entries(picture: &Picture<'_>) -> impl Iterator<Item = Entry> {
     let robots = picture.brief.robots.numbered();
-    robots.map(|(number, robot)| robot_entry(number.0, RobotKind::from(robot.body).as_str()))
+    robots.map(|(number, robot)| robot_entry(number.0, robot.body.word()))
 }
 
 fn robot_entry(robot: u16, noun: &str) -> Entry {

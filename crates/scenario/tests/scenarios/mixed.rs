@@ -21,7 +21,7 @@ fn robots_of_all_kinds_have_starts_goals_and_sensors_of_their_own() {
     let (robots, grid) = (&world.brief.robots, &world.brief.grid);
     let kinds: Vec<_> = robots.iter().map(|robot| robot.body.name()).collect();
     assert_eq!(kinds, ["driver", "helicopter", "hopper", "hopper", "helicopter", "rover"]);
-    assert_eq!(robots[2].goal, Goal::Reach(Reach::cell(grid, Cell::new(140, 66))));
+    assert_eq!(robots[2].goal, Goal::Reach(Reach::of_cell(grid, Cell::new(140, 66))));
     assert_eq!(robots[5].sensor, Sensor::Square(Square { range_cells: 1 }));
     assert!(matches!(robots[2].sensor, Sensor::Disc(_)));
     let required = [0, 2, 3].map(RobotId).into_iter().fold(RobotSet(0), RobotSet::with);

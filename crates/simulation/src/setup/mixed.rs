@@ -193,7 +193,7 @@ fn robot(kind: Kind, places: &mut Places, accuracy: Option<f64>, chance: &mut Ch
         Kind::Hopper => {
             let goal = places.goal(chance, cell, grid.hop_cells as i32);
             let body = Body::Hopper(Hopper { motion: motion() });
-            of(body, BRIEF.robots[0].sensor, cell, Goal::Reach(Reach::cell(&grid, goal)))
+            of(body, BRIEF.robots[0].sensor, cell, Goal::Reach(Reach::of_cell(&grid, goal)))
         }
         Kind::Driver => {
             let (start_at, goal) = (within(cell, chance), places.goal(chance, cell, 1));

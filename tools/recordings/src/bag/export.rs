@@ -23,7 +23,7 @@ pub struct Args {
     #[command(flatten)]
     source: Source,
     /// `decisions`: one row per decision with action, outcome and the time of every stage; or a topic such as
-    /// hop/r0/state: one row per message.
+    /// hop/state: one row per message.
     #[arg(long, default_value = "decisions", value_name = "NAME")]
     topic: String,
     /// Format of the rows on standard output: csv, or json with one object per line.

@@ -433,10 +433,10 @@ mod tests {
             let gaps = late.gaps.iter().filter(|gap| gap.topic == topic);
             gaps.map(|gap| (gap.from, gap.through)).collect::<Vec<_>>()
         };
-        assert_eq!((of("hop/r0/state"), of("hop/r0/map")), (vec![(0, 1)], vec![(1, 2)]));
+        assert_eq!((of("hop/state"), of("hop/map")), (vec![(0, 1)], vec![(1, 2)]));
         assert_eq!((late.decisions, late.records), (whole.decisions, whole.records));
         let text = late.text();
-        assert!(text.contains("2 messages of hop/r0/state") && !text.contains("nothing"), "{text}");
+        assert!(text.contains("2 messages of hop/state") && !text.contains("nothing"), "{text}");
         assert!(late.complete && text.contains("missing     no decision"), "{text}");
     }
 
@@ -463,7 +463,7 @@ mod tests {
             matches!(message, RecordedMessage::Patch(_) | RecordedMessage::Page(_))
         };
         let without = told(flown().filter(|message| !is_map(message)));
-        assert_eq!(without.missing_topics, ["hop/r0/map"]);
+        assert_eq!(without.missing_topics, ["hop/map"]);
         let without = told(flown().filter(|message| message.topic() != Channel::Past));
         assert_eq!(without.missing_topics, ["hop/past"]);
         // Of a late recorder, which has the map from pages.

@@ -31,7 +31,7 @@ pub enum Command {
     Replay(replay::Args),
     /// Print decisions, or the messages of a topic, as rows.
     #[command(
-        after_help = "Examples:\n  hopper bag export hard.mcap > decisions.csv\n  hopper bag export hard.mcap --topic hop/r0/state --format json"
+        after_help = "Examples:\n  hopper bag export hard.mcap > decisions.csv\n  hopper bag export hard.mcap --topic hop/state --format json"
     )]
     Export(export::Args),
 }

@@ -17,7 +17,7 @@ def main(path):
             topics[channel.topic] = topics.get(channel.topic, 0) + 1
             if channel.topic == "hop/past":
                 decisions += [record.decision for record in message.records]
-            if channel.topic == "hop/r0/state":
+            if channel.topic == "hop/state":
                 digest = message.digest.hex()
             if channel.topic == "view/map":
                 points = range(0, len(message.data), message.point_stride)

@@ -2,9 +2,11 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::BodyKind;
+use crate::Action;
+use crate::block::Block;
+use crate::codec::{DISTANCE, SPEED};
 use crate::mission::kind::Kind;
-use crate::wire::Block;
-use crate::wire::codec::{DISTANCE, SPEED};
 
 /// Flies from point to point, above all others.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -21,5 +23,20 @@ impl Kind for Helicopter {
     fn parameters(&mut self, block: &mut Block<'_>) {
         block.float("speed_mps", "Speed over ground, m/s.", SPEED, &mut self.speed_mps);
         block.float("budget_m", "How far it flies in a stage, metres.", DISTANCE, &mut self.budget_m);
+    }
+}
+
+impl BodyKind for Helicopter {
+    fn word(&self) -> &'static str {
+        "helicopter"
+    }
+
+    /// It flies above all others.
+    fn is_on_ground(&self) -> bool {
+        false
+    }
+
+    fn along_route(&self) -> Option<Action> {
+        Some(Action::Fly)
     }
 }

@@ -2,9 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::BodyKind;
+use crate::block::Block;
+use crate::codec::{LAUNCH_ANGLE, PROBABILITY, float, whole};
 use crate::mission::kind::Kind;
-use crate::wire::Block;
-use crate::wire::codec::{LAUNCH_ANGLE, PROBABILITY, float, whole};
 
 /// How hops scatter on one soil, on the flat (P23 section IV).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -84,5 +85,15 @@ impl Kind for Hopper {
             float(1.0e-4, 100.0),
             gravity_mps2,
         );
+    }
+}
+
+impl BodyKind for Hopper {
+    fn word(&self) -> &'static str {
+        "hopper"
+    }
+
+    fn hops(&self) -> bool {
+        true
     }
 }

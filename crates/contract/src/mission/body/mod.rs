@@ -15,7 +15,7 @@ pub use rover::Rover;
 
 kinds! {
     /// What a robot is, with what its actions depend on.
-    pub enum Body, block of 16, refused as "robot.body" {
+    pub enum Body, each BodyKind, block of 16, refused as "robot.body" {
         /// Hops to one of four cells at a time.
         Hopper(Hopper) = 1,
         /// Drives to one of the four neighbouring cells at a time.
@@ -27,32 +27,60 @@ kinds! {
     }
 }
 
-impl Body {
-    /// Whether it takes up the cell that it is on, which helicopters do not: they fly above all others.
-    #[must_use]
-    pub fn is_on_ground(&self) -> bool {
-        !matches!(self, Body::Helicopter(_))
+/// What can be asked of any body.
+pub trait BodyKind {
+    /// What people call it.
+    fn word(&self) -> &'static str;
+
+    /// Whether it takes up the cell that it is on.
+    fn is_on_ground(&self) -> bool {
+        true
     }
 
     /// Whether it hops.
-    #[must_use]
-    pub fn hops(&self) -> bool {
-        matches!(self, Body::Hopper(_))
+    fn hops(&self) -> bool {
+        false
     }
 
     /// Whether it drives over ground whose speed is uncertain.
-    #[must_use]
-    pub fn drives(&self) -> bool {
-        matches!(self, Body::Driver(_))
+    fn drives(&self) -> bool {
+        false
     }
 
     /// The action by which it goes on along its route; `None` if it goes from cell to cell and has no routes.
+    fn along_route(&self) -> Option<Action> {
+        None
+    }
+}
+
+impl Body {
+    /// As [`BodyKind::word`].
+    #[must_use]
+    pub fn word(&self) -> &'static str {
+        self.as_kind().word()
+    }
+
+    /// As [`BodyKind::is_on_ground`].
+    #[must_use]
+    pub fn is_on_ground(&self) -> bool {
+        self.as_kind().is_on_ground()
+    }
+
+    /// As [`BodyKind::hops`].
+    #[must_use]
+    pub fn hops(&self) -> bool {
+        self.as_kind().hops()
+    }
+
+    /// As [`BodyKind::drives`].
+    #[must_use]
+    pub fn drives(&self) -> bool {
+        self.as_kind().drives()
+    }
+
+    /// As [`BodyKind::along_route`].
     #[must_use]
     pub fn along_route(&self) -> Option<Action> {
-        match self {
-            Body::Hopper(_) | Body::Rover(_) => None,
-            Body::Driver(_) => Some(Action::Drive),
-            Body::Helicopter(_) => Some(Action::Fly),
-        }
+        self.as_kind().along_route()
     }
 }

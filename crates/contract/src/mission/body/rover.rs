@@ -2,9 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::BodyKind;
+use crate::block::Block;
+use crate::codec::SPEED;
 use crate::mission::kind::Kind;
-use crate::wire::Block;
-use crate::wire::codec::SPEED;
 
 /// Drives to one of the four neighbouring cells at a time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -18,5 +19,11 @@ impl Kind for Rover {
 
     fn parameters(&mut self, block: &mut Block<'_>) {
         block.float("speed_mps", "Speed on level ground, m/s.", SPEED, &mut self.speed_mps);
+    }
+}
+
+impl BodyKind for Rover {
+    fn word(&self) -> &'static str {
+        "rover"
     }
 }

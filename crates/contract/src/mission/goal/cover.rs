@@ -2,9 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::GoalKind;
+use crate::block::Block;
+use crate::codec::whole;
 use crate::mission::kind::Kind;
-use crate::wire::Block;
-use crate::wire::codec::whole;
 
 /// How much ground rovers shall visit, and who visits which: the same for all robots of a mission that have this goal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -46,3 +47,5 @@ impl Kind for Cover {
         block.choice("mode", "0 all together, 1 each the cells nearest to its start.", &all, &mut self.mode);
     }
 }
+
+impl GoalKind for Cover {}

@@ -2,8 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::GoalKind;
+use crate::block::Block;
 use crate::mission::kind::Kind;
-use crate::wire::Block;
 
 /// Look ahead for robots on the ground: a goal that is never done, and that no mission requires.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -14,3 +15,5 @@ impl Kind for LookAhead {
 
     fn parameters(&mut self, _: &mut Block<'_>) {}
 }
+
+impl GoalKind for LookAhead {}

@@ -15,7 +15,7 @@ pub use visit::Visit;
 
 kinds! {
     /// What a robot shall do.
-    pub enum Goal, block of 40, refused as "robot.goal" {
+    pub enum Goal, each GoalKind, block of 40, refused as "robot.goal" {
         /// Reach a point.
         Reach(Reach) = 1,
         /// Visit goals in turn, from the last to the first again.
@@ -27,14 +27,19 @@ kinds! {
     }
 }
 
-impl Goal {
+/// What can be asked of any goal.
+pub trait GoalKind {
     /// The cell to go to after so many visits, if the goal is one cell after another.
+    fn cell(&self, grid: &Grid, visits: u64) -> Option<Cell> {
+        let _ = (grid, visits);
+        None
+    }
+}
+
+impl Goal {
+    /// As [`GoalKind::cell`].
     #[must_use]
     pub fn cell(&self, grid: &Grid, visits: u64) -> Option<Cell> {
-        match self {
-            Goal::Reach(reach) => Some(reach.at.cell_of(grid)),
-            Goal::Visit(visit) => Some(visit.goal(visits)),
-            Goal::Cover(_) | Goal::LookAhead(_) => None,
-        }
+        self.as_kind().cell(grid, visits)
     }
 }

@@ -2,9 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::GoalKind;
+use crate::block::Block;
+use crate::codec::DISTANCE;
 use crate::mission::kind::Kind;
-use crate::wire::Block;
-use crate::wire::codec::DISTANCE;
 use crate::{Cell, Grid, Waypoint};
 
 /// Reach a point. A robot that goes from cell to cell has reached it in its cell, one that goes from point to point within the
@@ -20,7 +21,7 @@ pub struct Reach {
 impl Reach {
     /// Reach the middle of a cell.
     #[must_use]
-    pub fn cell(grid: &Grid, cell: Cell) -> Self {
+    pub fn of_cell(grid: &Grid, cell: Cell) -> Self {
         Self { at: Waypoint::middle_of(grid, cell), radius_m: 0.0 }
     }
 }
@@ -31,5 +32,11 @@ impl Kind for Reach {
     fn parameters(&mut self, block: &mut Block<'_>) {
         block.point("at", "Where it is to go (x, y), metres.", &mut self.at);
         block.float("radius_m", "How near is near enough, metres.", DISTANCE, &mut self.radius_m);
+    }
+}
+
+impl GoalKind for Reach {
+    fn cell(&self, grid: &Grid, _: u64) -> Option<Cell> {
+        Some(self.at.cell_of(grid))
     }
 }

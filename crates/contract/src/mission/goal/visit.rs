@@ -2,11 +2,12 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::Cell;
+use super::GoalKind;
+use crate::block::Block;
+use crate::codec::whole;
 use crate::limits::{DECISIONS_MAX, GOALS_MAX};
 use crate::mission::kind::Kind;
-use crate::wire::Block;
-use crate::wire::codec::whole;
+use crate::{Cell, Grid};
 
 /// Goals to be visited in turn, from the last to the first again.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -74,6 +75,12 @@ impl Kind for Visit {
         }
         let is_sound = Visit::new(self.goals(), self.hops_max).is_some_and(|sound| sound == *self);
         block.check("goals", is_sound, "each another than the one before, the rest zero", self.count);
+    }
+}
+
+impl GoalKind for Visit {
+    fn cell(&self, _: &Grid, visits: u64) -> Option<Cell> {
+        Some(self.goal(visits))
     }
 }
 

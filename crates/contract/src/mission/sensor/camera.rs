@@ -2,9 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::SensorKind;
+use crate::block::Block;
+use crate::codec::RADIUS;
 use crate::mission::kind::Kind;
-use crate::wire::Block;
-use crate::wire::codec::RADIUS;
 
 /// The cells whose middle is at most `radius_m` from its way: what a camera shows that looks down in flight.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -15,7 +16,7 @@ pub struct Camera {
 
 impl Camera {
     /// Farthest that a camera sees, metres.
-    pub const RADIUS_MAX_M: f64 = 1000.0;
+    pub const RADIUS_MAX_M: f64 = crate::limits::CAMERA_RADIUS_MAX_M;
 }
 
 impl Kind for Camera {
@@ -28,5 +29,11 @@ impl Kind for Camera {
             RADIUS,
             &mut self.radius_m,
         );
+    }
+}
+
+impl SensorKind for Camera {
+    fn view_m(&self) -> Option<f64> {
+        Some(self.radius_m)
     }
 }

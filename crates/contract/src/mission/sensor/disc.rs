@@ -2,10 +2,11 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::SensorKind;
 use crate::Grid;
+use crate::block::Block;
+use crate::codec::{DISTANCE, LENGTH, SENSOR_GAIN};
 use crate::mission::kind::Kind;
-use crate::wire::Block;
-use crate::wire::codec::{DISTANCE, LENGTH, SENSOR_GAIN};
 
 /// Where the observed map takes its gradients from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -67,3 +68,5 @@ impl Kind for SensorParameters {
         block.choice("gradient", "0 measured, 1 from differences of seen heights.", &all, &mut self.gradient);
     }
 }
+
+impl SensorKind for SensorParameters {}

@@ -2,9 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::SensorKind;
+use crate::block::Block;
+use crate::codec::{PROBABILITY, RADIUS};
 use crate::mission::kind::Kind;
-use crate::wire::Block;
-use crate::wire::codec::{PROBABILITY, RADIUS};
 
 /// As [`super::Camera`], but what it reads of a cell's speed may be wrong: partial observation (Folsom et al. 2021, eqs 13 to
 /// 16).
@@ -27,5 +28,15 @@ impl Kind for ErringCamera {
             &mut self.radius_m,
         );
         block.float("accuracy", "Probability that it reads the true speed.", PROBABILITY, &mut self.accuracy);
+    }
+}
+
+impl SensorKind for ErringCamera {
+    fn view_m(&self) -> Option<f64> {
+        Some(self.radius_m)
+    }
+
+    fn accuracy(&self) -> Option<f64> {
+        Some(self.accuracy)
     }
 }

@@ -16,7 +16,7 @@ pub use track::Track;
 
 kinds! {
     /// What a robot sees of the ground around it.
-    pub enum Sensor, block of 8, refused as "robot.sensor" {
+    pub enum Sensor, each SensorKind, block of 8, refused as "robot.sensor" {
         /// A disc that grows with the height.
         Disc(SensorParameters) = 1,
         /// The cells at most so many columns and rows away.
@@ -30,24 +30,29 @@ kinds! {
     }
 }
 
-impl Sensor {
-    /// How far a camera sees to each side of its way, metres; `None` of other sensors.
-    #[must_use]
-    pub fn view_m(self) -> Option<f64> {
-        match self {
-            Sensor::Camera(Camera { radius_m }) | Sensor::ErringCamera(ErringCamera { radius_m, .. }) => {
-                Some(radius_m)
-            }
-            Sensor::Disc(_) | Sensor::Square(_) | Sensor::Track(_) => None,
-        }
+/// What can be asked of any sensor.
+pub trait SensorKind {
+    /// How far it sees to each side of a way in flight, metres, if it is a camera.
+    fn view_m(&self) -> Option<f64> {
+        None
     }
 
-    /// How likely a camera that errs reads the true speed of a cell; `None` of other sensors.
+    /// How likely it reads the true speed of a cell, if it may err.
+    fn accuracy(&self) -> Option<f64> {
+        None
+    }
+}
+
+impl Sensor {
+    /// As [`SensorKind::view_m`].
     #[must_use]
-    pub fn accuracy(self) -> Option<f64> {
-        match self {
-            Sensor::ErringCamera(camera) => Some(camera.accuracy),
-            _ => None,
-        }
+    pub fn view_m(&self) -> Option<f64> {
+        self.as_kind().view_m()
+    }
+
+    /// As [`SensorKind::accuracy`].
+    #[must_use]
+    pub fn accuracy(&self) -> Option<f64> {
+        self.as_kind().accuracy()
     }
 }

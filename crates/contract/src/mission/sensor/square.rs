@@ -2,9 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::SensorKind;
+use crate::block::Block;
+use crate::codec::whole;
 use crate::mission::kind::Kind;
-use crate::wire::Block;
-use crate::wire::codec::whole;
 
 /// The cells at most `range_cells` columns and rows away: 3 × 3 cells for 1.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -26,3 +27,5 @@ impl Kind for Square {
         block.whole("range_cells", "How far it reaches to each side, cells.", range, &mut self.range_cells);
     }
 }
+
+impl SensorKind for Square {}

@@ -2,8 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::SensorKind;
+use crate::block::Block;
 use crate::mission::kind::Kind;
-use crate::wire::Block;
 
 /// The cells that it drives over.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -14,3 +15,5 @@ impl Kind for Track {
 
     fn parameters(&mut self, _: &mut Block<'_>) {}
 }
+
+impl SensorKind for Track {}

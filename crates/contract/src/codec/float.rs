@@ -1,8 +1,8 @@
 //! Floats, and several of them.
 
 use super::{Codec, Ends};
-use crate::limits::{GRADIENT_MAX, LENGTH_MAX_M, PAYOFF_MAX};
-use crate::{Camera, Range, Refusal};
+use crate::limits::{CAMERA_RADIUS_MAX_M, GRADIENT_MAX, LENGTH_MAX_M, PAYOFF_MAX};
+use crate::{Range, Refusal};
 
 /// A float within `min..=max`, or each of several; NaN is never within.
 #[derive(Clone, Copy)]
@@ -37,7 +37,7 @@ pub(crate) const PROBABILITY: Float = float(0.0, 1.0);
 pub(crate) const SPEED: Float = float(1.0e-9, 1.0e3);
 
 /// How far a camera sees, metres.
-pub(crate) const RADIUS: Float = float(f64::MIN_POSITIVE, Camera::RADIUS_MAX_M);
+pub(crate) const RADIUS: Float = float(f64::MIN_POSITIVE, CAMERA_RADIUS_MAX_M);
 
 /// Angle of a launch above the horizontal, radians: neither flat nor straight up, where a hop gets nowhere.
 pub(crate) const LAUNCH_ANGLE: Float = float(0.01, 1.56);

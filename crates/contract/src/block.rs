@@ -2,8 +2,7 @@
 
 use std::fmt::Display;
 
-use super::codec::{CELL, Codec, Float, LENGTH, Whole, at_most};
-use crate::mission::kind::Kind;
+use crate::codec::{CELL, Codec, Float, LENGTH, Whole, at_most};
 use crate::{Cell, Refusal, Waypoint};
 
 /// The parameters of a kind, one after another: written to a block, read from one, or described.
@@ -31,28 +30,6 @@ pub struct InBlock {
     pub range: String,
 }
 
-/// A kind, and how a block holds its parameters.
-#[derive(Clone, Debug, PartialEq)]
-pub struct KindInBlock {
-    /// Its code.
-    pub code: u32,
-    /// Its name.
-    pub name: &'static str,
-    /// What it is.
-    pub what: &'static str,
-    /// Its parameters in order.
-    pub parameters: Vec<InBlock>,
-}
-
-impl KindInBlock {
-    pub(crate) fn of<K: Kind>(code: u32, name: &'static str, what: &'static str) -> Self {
-        let mut block = Block { task: Task::Describe(Vec::new()), at: 0 };
-        K::default().parameters(&mut block);
-        let Task::Describe(parameters) = block.task else { unreachable!("it describes") };
-        Self { code, name, what: what.trim(), parameters }
-    }
-}
-
 impl<'a> Block<'a> {
     pub(crate) fn write(values: &'a mut [f64]) -> Self {
         Self { task: Task::Write(values), at: 0 }
@@ -60,6 +37,18 @@ impl<'a> Block<'a> {
 
     pub(crate) fn read(prefix: &'a str, values: &'a [f64]) -> Self {
         Self { task: Task::Read { prefix, values, refusal: None }, at: 0 }
+    }
+
+    pub(crate) fn describe() -> Self {
+        Self { task: Task::Describe(Vec::new()), at: 0 }
+    }
+
+    /// What was described; nothing where a block was written or read.
+    pub(crate) fn described(self) -> Vec<InBlock> {
+        match self.task {
+            Task::Describe(parameters) => parameters,
+            Task::Write(_) | Task::Read { .. } => Vec::new(),
+        }
     }
 
     /// The first refusal, if one of the parameters is out of range, or a number after them is not 0.
