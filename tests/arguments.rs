@@ -380,7 +380,7 @@ fn a_name_that_is_nearly_right_is_answered_with_the_right_one() {
         (&["campaign", "run", "d.toml"], "did you mean c.toml?"),
         (&["run", "--profile", "paper2023"], "did you mean paper-2023?"),
         (&["topic", "echo", "heartbeats"], "did you mean heartbeat?"),
-        (&["topic", "hz", "hop/r0/stat"], "did you mean hop/state?"),
+        (&["topic", "hz", "hop/stat"], "did you mean hop/state?"),
         (&["bag", "export", "hard.mcap", "--topic", "decision"], "did you mean decisions?"),
         (&["known", "plan", "sand"], "did you mean sandy?"),
         (&["chaos", "--role", "hopper_sim"], "did you mean hopper-sim?"),

@@ -77,7 +77,7 @@ fn every_topic_is_echoed_typed_one_object_a_line() {
     for (name, fields) in [
         (
             "brief",
-            &["run", "scenario", "profile", "grid", "start", "goal", "weights", "motion", "sensor"][..],
+            &["run", "scenario", "profile", "grid", "weights", "account", "robots"][..],
         ),
         ("truth", &["run", "grid", "cell_count"]),
         (
