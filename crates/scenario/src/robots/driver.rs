@@ -35,8 +35,8 @@ impl DriverRules {
     pub(super) fn on(&self, site: &Site<'_>) -> Result<Robot, ScenarioError> {
         let terrain = site.terrain;
         if terrain.prior.is_empty() {
-            let need = "another one on ground without speeds: add truth.mobility or truth.terrain.passages for a driver";
-            return refuse("robots.body", need, "driver".into());
+            let need = "truth.mobility or truth.terrain.passages for a driver";
+            return refuse("robots.body", need, "neither".into());
         }
         let end = |Given { field, cell }| middle_of_drivable(field, cell, terrain);
         let start = match (self.start, site.trip) {

@@ -205,7 +205,7 @@ impl Scenario {
             && !is_short
             && !self.robots.iter().any(takes_start)
         {
-            return refuse("brief.start", "none, since each robot has a start of its own", got);
+            return refuse("brief.start", "none, since no robot takes its start from there", got);
         }
         let goals = (!brief.goals.is_empty()).then(|| format!("{:?}", brief.goals));
         if let Some(got) = given(brief.goal).or(goals)
@@ -213,7 +213,7 @@ impl Scenario {
             && !self.robots.iter().any(takes_goal)
         {
             let field = if brief.goal.is_some() { "brief.goal" } else { "brief.goals" };
-            return refuse(field, "none, since each robot has a goal of its own", got);
+            return refuse(field, "none, since no robot takes its goal from there", got);
         }
         Ok(())
     }

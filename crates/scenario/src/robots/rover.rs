@@ -1,9 +1,13 @@
 //! A rover of `[[robots]]`, which covers ground.
 
+use std::fmt;
+
 use contract::{Body, Cover, CoverMode, Direction, Goal, Placement, Robot, Rover, Sensor, Square, Waypoint};
 #[cfg(test)]
 use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use serde::de::value::MapAccessDeserializer;
+use serde::de::{MapAccess, Visitor};
+use serde::{Deserialize, Deserializer, Serialize};
 
 use super::site::{Given, Site};
 use super::{is_north, is_one_metre, is_yes, north, one_metre, refuse, yes};
@@ -34,7 +38,11 @@ pub struct RoverRules {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub planner: Option<String>,
     /// How much ground rovers cover, and who covers which; the same for all rovers of a mission.
-    #[serde(default, skip_serializing_if = "CoverGoal::is_default")]
+    #[serde(
+        default,
+        skip_serializing_if = "CoverGoal::is_default",
+        deserialize_with = "CoverGoal::of_table"
+    )]
     pub goal: CoverGoal,
 }
 
@@ -60,6 +68,23 @@ impl Default for CoverGoal {
 }
 
 impl CoverGoal {
+    /// Reads it from a table alone: a list would be a cell, which is the goal of a driver.
+    fn of_table<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Table;
+        impl<'de> Visitor<'de> for Table {
+            type Value = CoverGoal;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("{ cover = 100, mode = \"overlap\" }: it is a driver that drives to a cell")
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, fields: A) -> Result<CoverGoal, A::Error> {
+                CoverGoal::deserialize(MapAccessDeserializer::new(fields))
+            }
+        }
+        deserializer.deserialize_map(Table)
+    }
+
     fn is_default(&self) -> bool {
         *self == Self::default()
     }
