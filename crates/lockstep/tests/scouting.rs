@@ -29,15 +29,13 @@ fn mission_in(
     stages: u32,
 ) -> (Mission, PlannerSchedule) {
     let mut text = format!(
-        "[truth.terrain.passages]\nseed = {seed}\n[mission]\nkind = \"scout\"\nstages = {stages}\n[brief]\n\
+        "[truth.terrain.passages]\nseed = {seed}\n[sampling]\nstages = {stages}\n[brief]\n\
          name = \"world\"\nprofile = \"hopper\"\n[limits]\nsteps_max = 1000\n[guard]\nhazard_max = {hazard_max}\n"
     );
-    for (vehicle, _) in robots {
-        text += &format!("[[robots]]\nvehicle = \"{vehicle}\"\nspeed_mps = 5.0\n");
-        if *vehicle == "helicopter"
-            && let Some(accuracy) = accuracy
-        {
-            text += &format!("accuracy = {accuracy:?}\n");
+    for (body, _) in robots {
+        text += &format!("[[robots]]\nbody = \"{body}\"\n");
+        if *body == "helicopter" {
+            text += &format!("speed_mps = 5.0\naccuracy = {:?}\n", accuracy.unwrap_or(1.0));
         }
     }
     let world = Scenario::parse(&text, "test").unwrap().resolve().unwrap();
@@ -392,8 +390,8 @@ fn on_slopes_a_drive_takes_what_the_planner_expects_of_certain_ground() {
         let text = format!(
             "[truth.terrain.gaussians]\nwidth_cells = 60\nheight_cells = 40\ncell_size_m = 1.0\nsigma_m = 12.0\n\
              amplitude_m = {amplitude_m:?}\nraised_m = [[30.0, 20.0]]\n[truth.mobility]\nspeeds = [0, 0, 0, 1]\n\
-             [mission]\nkind = \"scout\"\n[brief]\nprofile = \"hopper\"\nstart = [5, 20]\ngoal = [54, 20]\n\
-             [limits]\nsteps_max = 100\n[[robots]]\nvehicle = \"rover\"\nplanner = \"ett_exact\"\n"
+             [brief]\nprofile = \"hopper\"\nstart = [5, 20]\ngoal = [54, 20]\n\
+             [limits]\nsteps_max = 100\n[[robots]]\nbody = \"driver\"\nplanner = \"ett_exact\"\n"
         );
         let world = scenario::Scenario::parse(&text, "slopes").unwrap().resolve().unwrap();
         let mission = Mission { brief: world.brief, terrain: world.terrain, seed: 1, faults: world.faults };
