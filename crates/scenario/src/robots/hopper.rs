@@ -183,6 +183,9 @@ impl HopperRules {
             for probability in [given.intended, given.stuck, given.sideways] {
                 in_range(field, probability, 0.0..=1.0, "probabilities, 0 to 1")?;
             }
+            if !(1..=2).contains(&given.flights) {
+                return refuse(field, "1 or 2 flights", given.flights.to_string());
+            }
         }
         motion.hard = self.hard.map_or(motion.hard, Into::into);
         motion.sand = self.sand.map_or(motion.sand, Into::into);

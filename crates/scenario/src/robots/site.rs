@@ -65,10 +65,8 @@ impl Site<'_> {
         match (own, common) {
             (Some(cell), _) => Ok(Given::of(own_field, cell)),
             (None, Some(cell)) => Ok(Given::of(field, cell)),
-            (None, None) => {
-                let field = if self.is_short { field } else { own_field };
-                refuse(field, "a cell (x, y)", "nothing".into())
-            }
+            (None, None) if self.is_short => refuse(field, "a cell (x, y)", "nothing".into()),
+            (None, None) => refuse(own_field, "a cell (x, y), or one in [brief]", "nothing".into()),
         }
     }
 

@@ -75,9 +75,20 @@ fn in_a_line(message: &str) -> String {
 /// Every scenario of `refusals.toml` is refused with one error, in these words.
 ///
 /// P-SCOUT-SCENARIO: Every scenario of driver and helicopter that is impossible is refused with one error that names the reason.
-/// P-MIXED-SCENARIO: Every impossible mission of robots of all kinds is refused with one error. P-STAGES-SCENARIO, P-PATROL-SCENARIO,
-/// P-GUARD-SCENARIO, P-READINGS, P-TREASURE-CELLS. P-MOBILITY-REFUSED: Rasters of other cells, values out of range and probabilities
-/// that do not add up are refused by name.
+///
+/// P-MIXED-SCENARIO: Every impossible mission of robots of all kinds is refused with one error.
+///
+/// P-MOBILITY-REFUSED: Rasters of other cells, values out of range and probabilities that do not add up are refused by name.
+///
+/// P-STAGES-SCENARIO.
+///
+/// P-PATROL-SCENARIO.
+///
+/// P-GUARD-SCENARIO.
+///
+/// P-READINGS.
+///
+/// P-TREASURE-CELLS.
 #[test]
 fn what_cannot_be_is_refused_by_name() {
     let folder = Folder::new();
