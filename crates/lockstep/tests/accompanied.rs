@@ -45,7 +45,7 @@ fn the_built_in_scenario_keeps_its_digest() {
     assert_eq!((flown.state.status, records.len()), (Status::Goal, 130));
     assert_eq!(
         flown.state.digest.to_string(),
-        "047edbfc2e399818f3ac67eb9f313fe4da473ff7335710cb23982a2bd688b984"
+        "a627bce72785b653f99af67e3f745388374a838f7b2d4fd5a713f0c359896e52"
     );
 }
 

@@ -50,7 +50,7 @@ fn the_built_in_scenario_keeps_its_digest() {
     assert_eq!(robots_of(&records).len(), 6, "every robot acts");
     assert_eq!(
         flown.state.digest.to_string(),
-        "d9f97be8f7c5eaaa0527a9b686481fefa09700de30e9bb4c8e25b867302d02de"
+        "1c02b87259a69f42c2d5d2b0978b6e4d2fcc88f97dfd1909d30be364cc924f87"
     );
 }
 
