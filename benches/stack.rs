@@ -182,12 +182,12 @@ fn processor_s() -> f64 {
 /// Steps a second of processor time of rovers that cover 20 x 20 cells by spirals.
 fn covering_hz(rovers: usize, round: u64) -> f64 {
     let mut text = String::from(
-        "[mission]\nkind = \"cover\"\npercent = 95\n[brief]\nprofile = \"hopper\"\n[limits]\nsteps_max = 5000\n\
+        "[brief]\nprofile = \"hopper\"\n[limits]\nsteps_max = 5000\n\
          [truth.terrain.obstacles]\nwidth_cells = 20\nheight_cells = 20\ncell_size_m = 1.0\npercent = 10.0\nseed = 0\n",
     );
     for [x, y] in [[0, 0], [19, 0], [0, 19], [19, 19], [9, 0], [0, 9], [19, 10], [10, 19]].iter().take(rovers)
     {
-        text += &format!("[[robots]]\nstart = [{x}, {y}]\n");
+        text += &format!("[[robots]]\nbody = \"rover\"\nstart = [{x}, {y}]\ngoal = {{ cover = 95 }}\n");
     }
     let world =
         Scenario::parse(&text, "covering").and_then(|scenario| scenario.resolve()).expect("a sound scenario");

@@ -70,18 +70,14 @@ fn planners_and_teams_that_cannot_be_are_refused_by_name() {
         assert!(error.contains(&format!("scenario {scenario} needs one of the planners {need}")), "{error}");
     }
     let text = include_str!("../scenarios/hopper-scout.toml");
-    let hopper = "[[robots]]\nvehicle = \"hopper\"\nplanner = \"mdp\"\n";
+    let hopper = "[[robots]]\nbody = \"hopper\"\nplanner = \"mdp\"\n";
     for (old, new, need) in [
-        (hopper, "", "robots: need a hopper and 1 to 15 helicopters, the hopper first"),
-        (hopper, &hopper.repeat(2), "a hopper and 1 to 15 helicopters"),
-        (
-            "vehicle = \"helicopter\"",
-            "vehicle = \"rover\"",
-            "robots.vehicle: need helicopter, beside a hopper, got rover for robot 1",
-        ),
+        (hopper, "", "robots.body: need at least one robot that hops or drives"),
+        (hopper, &hopper.repeat(2), "robots.start: need a cell of its own for each robot on the ground"),
+        ("body = \"helicopter\"", "body = \"rover\"", "unknown field `budget_m`"),
         ("budget_m = 150.0", "budget_m = -1.0", "robots.budget_m: need 0 to 1e6 m, got -1"),
         ("speed_mps = 5.0", "speed_mps = 0.0", "robots.speed_mps: need 0.001 to 1000 m/s, got 0"),
-        ("view_radius_m = 5.0", "start = [1, 2]", "robots.start: need none"),
+        ("view_radius_m = 5.0", "start = [50, 2]", "robots.start: need a cell on the map"),
     ] {
         assert!(text.contains(old), "{old}");
         std::fs::write(mission.path("team.toml"), text.replace(old, new)).unwrap();

@@ -308,13 +308,22 @@ fn tables(schema: &Value, path: &str, object: &Value, tables: &mut BTreeMap<Stri
     tables.insert(path.to_owned(), properties.keys().cloned().collect());
     for (name, property) in properties {
         let path = if path.is_empty() { name.clone() } else { format!("{path}.{name}") };
-        let target = definition(schema, property);
+        let target = definition(schema, definition(schema, property));
         let element = definition(schema, &property["items"]);
         let kinds = target["oneOf"].as_array().map_or(&[][..], Vec::as_slice);
         if target["properties"].is_object() {
             self::tables(schema, &path, target, tables);
         } else if element["properties"].is_object() {
             self::tables(schema, &path, element, tables);
+        }
+        // Of a list whose elements name their kind, each kind is a table of its own.
+        let bodies = element["oneOf"].as_array().map_or(&[][..], Vec::as_slice);
+        for body in bodies {
+            let mut body = body.clone();
+            let fields = body["properties"].as_object_mut().unwrap();
+            let name = fields.remove("body").unwrap()["const"].as_str().unwrap().to_owned();
+            tables.insert(path.clone(), BTreeSet::from(["body".to_owned()]));
+            self::tables(schema, &format!("{path}.{name}"), &body, tables);
         }
         for kind in kinds.iter().filter_map(|kind| kind["properties"].as_object()) {
             for (name, property) in kind {

@@ -156,7 +156,7 @@ fn a_mission_with_nothing_to_do_is_at_its_goal_wherever_it_is_shown() {
     // The rover is within 3 m of its goal.
     let text = "[truth.terrain.obstacles]\nwidth_cells = 8\nheight_cells = 8\ncell_size_m = 1.0\npercent = 0.0\nseed = 0\n\
         [truth.mobility]\nseed = 1\nspeeds = [0.0, 0.0, 0.0, 1.0]\n[brief]\nname = \"at-once\"\nstart = [1, 1]\ngoal = [2, 1]\n\
-        [mission]\nkind = \"scout\"\n[[robots]]\nvehicle = \"rover\"\n";
+        [[robots]]\nbody = \"driver\"\n";
     std::fs::write(mission.path("at-once.toml"), text).unwrap();
     let json = |words: &[&str]| -> Value {
         let output = mission.hopper(words).output().unwrap();
@@ -223,9 +223,12 @@ fn any_process_of_an_expedition_may_die_and_the_journal_is_that_of_lockstep() {
 fn sixteen_robots_fly_with_a_planner_process_each() {
     let mut mission = Mission::new("sixteen");
     let ground = "[truth.terrain.obstacles]\nwidth_cells = 16\nheight_cells = 16\ncell_size_m = 1.0\npercent = 0.0\nseed = 1\n\
-        [mission]\nkind = \"mixed\"\npercent = 20\n[brief]\nprofile = \"hopper\"\n";
-    let robot = |number: i32| format!("[[robots]]\nstart = [{}, {}]\n", number % 4 * 3, number / 4 * 3);
-    let hopper = "[[robots]]\nvehicle = \"hopper\"\nstart = [15, 15]\ngoal = [12, 15]\nrequired = false\n";
+        [brief]\nprofile = \"hopper\"\n";
+    let robot = |number: i32| {
+        let (x, y) = (number % 4 * 3, number / 4 * 3);
+        format!("[[robots]]\nbody = \"rover\"\nstart = [{x}, {y}]\ngoal = {{ cover = 20 }}\n")
+    };
+    let hopper = "[[robots]]\nbody = \"hopper\"\nstart = [15, 15]\ngoal = [12, 15]\nrequired = false\n";
     let rovers: String = (0..15).map(robot).collect();
     std::fs::write(mission.path("sixteen.toml"), [ground, &rovers, hopper].concat()).unwrap();
     let mut peers = vec![mission.start("perception", &[]), mission.start("monitor", &[])];

@@ -7,7 +7,7 @@ use planner::{Budget, Plan, PlanStatus, Planner, PlannerError, Situation};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use report::SummaryBuilder;
-use scenario::{MissionKind, ResolvedScenario, Scenario};
+use scenario::{ResolvedScenario, RobotRules, Scenario};
 
 use crate::answer::{self, Decider};
 use crate::arrays::Watch;
@@ -36,8 +36,11 @@ impl Need {
         let has = |(name, text): &(&str, &str)| {
             let Ok(scenario) = Scenario::parse(text, name) else { return false };
             match self {
-                Need::Hopper => scenario.mission.kind == MissionKind::Reach && scenario.robots.is_empty(),
-                Need::Rovers => scenario.mission.kind == MissionKind::Cover,
+                Need::Hopper => scenario.robots.is_empty() && scenario.brief.goals.is_empty(),
+                Need::Rovers => {
+                    let covers = |rules: &RobotRules| matches!(rules, RobotRules::Rover(_));
+                    !scenario.robots.is_empty() && scenario.robots.iter().all(covers)
+                }
             }
         };
         scenario::BUILT_IN.into_iter().filter(has).map(|(name, _)| name).collect::<Vec<_>>().join(", ")

@@ -174,18 +174,13 @@ seed = {seed}
 [brief]
 profile = "hopper"
 
-[mission]
-kind = "cover"
-percent = 100
-mode = "overlap"
-
 {robots}
 """
 
 #: One of them.
 ROVER = """
 [[robots]]
-vehicle = "rover"
+body = "rover"
 start = [{}, 0]
 heading = "north"
 speed_mps = 1.0

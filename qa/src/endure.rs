@@ -21,7 +21,7 @@ use node::inspect::{NodeHealth, nodes};
 use node::{Exit, Failure, Instance, Node, Reader};
 use process::{Ports, Reader as _};
 use report::{Latency, Summary, table};
-use scenario::MissionKind;
+use scenario::{HopperGoal, RobotRules, Scenario};
 use serde::Serialize;
 
 use crate::chaos::World;
@@ -170,16 +170,16 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     let mut mission = args.mission.clone();
     mission.scenario.get_or_insert_with(|| "patrol".into());
     let mut scenario = mission.scenario()?;
-    let is_patrol = scenario.mission.kind == MissionKind::Patrol;
+    let is_patrol = hops_of_patrol(&mut scenario).is_some();
     if !is_patrol && scenario.robots.is_empty() {
-        let need = "a long run needs a patrol, mission.kind = \"patrol\", or several robots, [[robots]]";
+        let need = "a long run needs a patrol, brief.goals, or several robots, [[robots]]";
         return Err(Failure::new(Exit::Usage, need));
     }
     if let Some(hops) = args.hops {
-        if !is_patrol {
-            return Err(Failure::new(Exit::Usage, "--hops needs a patrol: mission.kind = \"patrol\""));
+        match hops_of_patrol(&mut scenario) {
+            Some(hops_max) => *hops_max = hops,
+            None => return Err(Failure::new(Exit::Usage, "--hops needs a patrol: brief.goals")),
         }
-        scenario.mission.hops_max = Some(hops);
     }
     let world = scenario.resolve().map_err(Failure::usage)?;
     let flown = World::of(world.clone(), args.planner)?;
@@ -224,6 +224,16 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         report::Format::Text => answer.text(),
     })?;
     Ok(answer.exit())
+}
+
+/// After how many hops a patrol ends; `None` if the scenario is none.
+fn hops_of_patrol(scenario: &mut Scenario) -> Option<&mut u64> {
+    if let Some(RobotRules::Hopper(rules)) = scenario.robots.first_mut()
+        && let Some(HopperGoal::Visit(visits)) = &mut rules.goal
+    {
+        return Some(&mut visits.hops_max);
+    }
+    if scenario.brief.goals.is_empty() { None } else { Some(&mut scenario.brief.hops_max) }
 }
 
 impl Processes {

@@ -45,7 +45,7 @@ fn the_built_in_scenario_keeps_its_digest() {
     assert_eq!((flown.state.status, records.len()), (Status::Goal, 130));
     assert_eq!(
         flown.state.digest.to_string(),
-        "047edbfc2e399818f3ac67eb9f313fe4da473ff7335710cb23982a2bd688b984"
+        "a627bce72785b653f99af67e3f745388374a838f7b2d4fd5a713f0c359896e52"
     );
 }
 
@@ -119,7 +119,7 @@ fn an_arbiter_that_recalls_the_records_has_the_robots_where_they_were() {
 #[test]
 fn a_helicopter_that_fails_leaves_the_hopper_to_go_on() {
     let failing = |robot: u16| {
-        let start = "[[robots]]\nvehicle = \"hopper\"";
+        let start = "[[robots]]\nbody = \"hopper\"";
         let fault = format!("[[faults]]\nrobot = {robot}\naction = 3\n\n{start}");
         let world = world(&[(start, &fault)]);
         fly(&world, 1, &own_planners(&world))
@@ -138,8 +138,8 @@ fn a_helicopter_that_fails_leaves_the_hopper_to_go_on() {
 /// P-ACCOMPANIED-PATROL: A patrol with a helicopter has as many hops as a patrol without one.
 #[test]
 fn a_patrol_with_a_helicopter_has_as_many_hops_as_one_alone() {
-    let patrol = "[mission]\nkind = \"patrol\"\ngoals = [[1, 2], [48, 2]]\nhops_max = 120\n\n[limits]";
-    let world = world(&[("[limits]", patrol)]);
+    let patrol = "goals = [[48, 48], [1, 2], [48, 2]]\nhops_max = 120";
+    let world = world(&[("goal = [48, 48]", patrol)]);
     let (flown, records) = fly(&world, 1, &own_planners(&world));
     assert_eq!(flown.state.status, Status::Goal);
     let hops = records.iter().filter(|record| record.robot != HELICOPTER).count();
@@ -150,8 +150,8 @@ fn a_patrol_with_a_helicopter_has_as_many_hops_as_one_alone() {
 /// P-ACCOMPANIED-PATROL.
 #[test]
 fn the_limit_of_steps_ends_neither_a_patrol_nor_its_helicopter() {
-    let patrol = "[mission]\nkind = \"patrol\"\ngoals = [[1, 2], [48, 2]]\nhops_max = 120\n\n[limits]";
-    let world = world(&[("[limits]", patrol), ("steps_max = 800", "steps_max = 8")]);
+    let patrol = "goals = [[48, 48], [1, 2], [48, 2]]\nhops_max = 120";
+    let world = world(&[("goal = [48, 48]", patrol), ("steps_max = 800", "steps_max = 8")]);
     let (flown, records) = fly(&world, 1, &own_planners(&world));
     assert_eq!(flown.state.status, Status::Goal);
     let flights = records.iter().filter(|record| record.robot == HELICOPTER).count();

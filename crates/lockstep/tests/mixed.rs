@@ -50,7 +50,7 @@ fn the_built_in_scenario_keeps_its_digest() {
     assert_eq!(robots_of(&records).len(), 6, "every robot acts");
     assert_eq!(
         flown.state.digest.to_string(),
-        "d9f97be8f7c5eaaa0527a9b686481fefa09700de30e9bb4c8e25b867302d02de"
+        "1c02b87259a69f42c2d5d2b0978b6e4d2fcc88f97dfd1909d30be364cc924f87"
     );
 }
 
@@ -113,7 +113,7 @@ fn a_hoppers_planner_is_swapped_alone() {
 #[test]
 fn robots_of_all_kinds_on_a_small_ground_never_share_a_cell() {
     let ground = "[truth.terrain.random_hills]\nwidth_cells = 12\nheight_cells = 10\ncell_size_m = 1.0\nseed = 4\nhills = 8\n\
-        sigma_m = [2.0, 3.0]\namplitude_m = [0.05, 0.2]\n[mission]\nkind = \"mixed\"\n[brief]\nprofile = \"hopper\"\n\
+        sigma_m = [2.0, 3.0]\namplitude_m = [0.05, 0.2]\n[brief]\nprofile = \"hopper\"\n\
         [limits]\nsteps_max = 400\n";
     let robots = [
         "\"hopper\"\nstart = [1, 1]\ngoal = [10, 8]",
@@ -156,7 +156,7 @@ fn sixteen_robots_fly_and_a_fault_of_one_that_is_not_needed_ends_its_part_only()
         let (x, y) = (40 + 2 * robot, 20 + 16 * robot);
         let goal = format!("goal = [{}, {}]", x + 3, y + 2);
         text += &format!(
-            "\n[[robots]]\nvehicle = \"hopper\"\nstart = [{x}, {y}]\n{goal}\nrequired = {}\n",
+            "\n[[robots]]\nbody = \"hopper\"\nstart = [{x}, {y}]\n{goal}\nrequired = {}\n",
             robot > 0
         );
     }
@@ -178,10 +178,10 @@ fn sixteen_robots_fly_and_a_fault_of_one_that_is_not_needed_ends_its_part_only()
 #[test]
 fn a_hopper_sees_as_far_as_its_own_sensor_and_plans_by_its_own_law() {
     let ground = "[truth.terrain.obstacles]\nwidth_cells = 20\nheight_cells = 20\ncell_size_m = 1.0\npercent = 0.0\nseed = 0\n\
-        [[truth.sand.rectangles]]\nx = [5, 6]\ny = [14, 16]\n[mission]\nkind = \"mixed\"\n[brief]\nprofile = \"hopper\"\n";
+        [[truth.sand.rectangles]]\nx = [5, 6]\ny = [14, 16]\n[brief]\nprofile = \"hopper\"\n";
     let hopper = |y: i32, more: &str| {
         format!(
-            "[[robots]]\nvehicle = \"hopper\"\nstart = [4, {y}]\ngoal = [7, {y}]\nplanner = \"astar\"\n{more}\n"
+            "[[robots]]\nbody = \"hopper\"\nstart = [4, {y}]\ngoal = [7, {y}]\nplanner = \"astar\"\n{more}\n"
         )
     };
     let further = "sensor = { gain = 4.0 }";
@@ -204,21 +204,21 @@ fn a_hopper_sees_as_far_as_its_own_sensor_and_plans_by_its_own_law() {
 }
 
 const FLAT: &str = "[truth.terrain.obstacles]\nwidth_cells = 10\nheight_cells = 10\ncell_size_m = 1.0\npercent = 0.0\nseed = 1\n\
-    [mission]\nkind = \"mixed\"\n[brief]\nprofile = \"hopper\"\n[limits]\nsteps_max = 300\n";
+    [brief]\nprofile = \"hopper\"\n[limits]\nsteps_max = 300\n";
 
 /// Ground of uncertain speed, 200 m on a side.
-const WIDE: &str = "[truth.terrain.passages]\nseed = 1\n[mission]\nkind = \"mixed\"\n[brief]\nprofile = \"hopper\"\n\
+const WIDE: &str = "[truth.terrain.passages]\nseed = 1\n[brief]\nprofile = \"hopper\"\n\
     [limits]\nsteps_max = 300\n[guard]\nhazard_max = 0.25\n";
 
 fn robot(text: &str) -> String {
-    format!("[[robots]]\nvehicle = {text}\n")
+    format!("[[robots]]\nbody = {text}\n")
 }
 
 /// Level ground on which a hop goes where it was meant to with that probability, and else to one side.
 fn law(intended: f64) -> String {
     let sideways = (1.0 - intended) / 2.0;
     format!(
-        "[robot.hard]\nintended = {intended:?}\nstuck = 0.0\nsideways = {sideways:?}\nflights = 1\n[mission]"
+        "[robot.hard]\nintended = {intended:?}\nstuck = 0.0\nsideways = {sideways:?}\nflights = 1\n[brief]"
     )
 }
 
@@ -234,7 +234,7 @@ fn whoever_stands_in_the_way_is_passed_by() {
         |x: i32, y: i32| robot(&format!("\"hopper\"\nstart = [{x}, {y}]\ngoal = [{y}, 9]\nrequired = false"));
     let hopper = |planner: &str| {
         let way = "\"hopper\"\nstart = [0, 5]\ngoal = [9, 5]\nplanner = ";
-        let straight = FLAT.replace("[mission]", &law(1.0));
+        let straight = FLAT.replace("[brief]", &law(1.0));
         [
             straight.as_str(),
             &robot(&format!("{way}{planner:?}")),
@@ -246,15 +246,16 @@ fn whoever_stands_in_the_way_is_passed_by() {
             + &[1, 2, 3].map(fails).concat()
     };
     let driver = |y: i32, planner: &str| {
-        robot(&format!("\"rover\"\nstart = [8, {y}]\ngoal = [20, {y}]\nplanner = {planner:?}"))
+        robot(&format!("\"driver\"\nstart = [8, {y}]\ngoal = [20, {y}]\nplanner = {planner:?}"))
     };
     let beside = |planner: &str| [WIDE, &driver(60, planner), &driver(61, planner)].concat();
     let stranded = |planner: &str| {
         let hopper = "\"hopper\"\nstart = [17, 60]\ngoal = [17, 70]\nrequired = false";
         [WIDE, &driver(60, planner), &robot(hopper), &fails(1)].concat()
     };
-    let covering = robot("\"rover\"\nstart = [9, 1]\nheading = \"south\"\nplanner = \"spiral\"");
-    let far = "\"rover\"\nstart = [8, 60]\ngoal = [192, 150]\nplanner = \"rrt_star_ett\"";
+    let covering =
+        robot("\"rover\"\nstart = [9, 1]\nheading = \"south\"\nplanner = \"spiral\"\ngoal = { cover = 2 }");
+    let far = "\"driver\"\nstart = [8, 60]\ngoal = [192, 150]\nplanner = \"rrt_star_ett\"";
     let slow = "\"helicopter\"\nstart = [8, 60]\nspeed_mps = 0.1\nplanner = \"rrt_star_it\"";
     let around = "\"rover\"\nstart = [10, 100]\nrequired = false";
     let idle = "\"hopper\"\nstart = [60, 62]\ngoal = [60, 63]\nplanner = \"hold\"\nrequired = false";
@@ -270,9 +271,7 @@ fn whoever_stands_in_the_way_is_passed_by() {
         ("a hopper on the way, ett_exact", stranded("ett_exact")),
         (
             "a rover that would be done on the goal of a hopper",
-            [FLAT, &covering, &robot("\"hopper\"\nstart = [0, 9]\ngoal = [8, 1]")]
-                .concat()
-                .replace("\"mixed\"", "\"mixed\"\npercent = 2"),
+            [FLAT, &covering, &robot("\"hopper\"\nstart = [0, 9]\ngoal = [8, 1]")].concat(),
         ),
         (
             "a helicopter that looks ahead for a hopper",
@@ -305,7 +304,7 @@ fn corridor() -> String {
         (raster("level.asc", "0", "0"), raster("closed.asc", "0", "1"), raster("open.asc", "1", "0"));
     format!(
         "[truth.terrain.elevation_file]\nfile = {level:?}\n[truth.mobility]\nspeeds = [{closed:?}, 0.0, 0.0, {open:?}]\n\
-         [mission]\nkind = \"mixed\"\n[brief]\nprofile = \"hopper\"\n[limits]\nsteps_max = 600\n"
+         [brief]\nprofile = \"hopper\"\n[limits]\nsteps_max = 600\n"
     )
 }
 
@@ -315,17 +314,17 @@ fn corridor() -> String {
 fn whoever_is_busy_in_the_way_is_passed_by_or_waited_for() {
     let ground = corridor();
     let driver = |from: [i32; 2], to: [i32; 2], planner: &str| {
-        robot(&format!("\"rover\"\nstart = {from:?}\ngoal = {to:?}\nplanner = {planner:?}"))
+        robot(&format!("\"driver\"\nstart = {from:?}\ngoal = {to:?}\nplanner = {planner:?}"))
     };
     let hopper = |from: [i32; 2], to: [i32; 2], planner: &str| {
         robot(&format!("\"hopper\"\nstart = {from:?}\ngoal = {to:?}\nplanner = {planner:?}"))
     };
-    let covering = robot("\"rover\"\nstart = [10, 7]\nplanner = \"cover_frontier\"\nspeed_mps = 1.0");
+    let covering = robot("\"rover\"\nstart = [10, 7]\nplanner = \"cover_frontier\"\ngoal = { cover = 60 }");
     let mut missions = Vec::new();
     for planner in ["mdp", "astar", "dstar_lite"] {
         let slow =
             robot("\"rover\"\nstart = [5, 5]\nspeed_mps = 0.001\nplanner = \"spiral\"\nrequired = false");
-        let text = FLAT.replace("[mission]", &law(1.0)) + &slow + &hopper([1, 5], [9, 5], planner);
+        let text = FLAT.replace("[brief]", &law(1.0)) + &slow + &hopper([1, 5], [9, 5], planner);
         missions.push((format!("a rover that stands for a quarter of an hour, {planner}"), text, 40));
     }
     for planner in ["rrt_star", "rrt_star_ett", "ett_exact"] {
@@ -341,7 +340,6 @@ fn whoever_is_busy_in_the_way_is_passed_by_or_waited_for() {
     }
     let ahead = driver([14, 7], [38, 7], "rrt_star") + "required = false\n";
     let text = [&ground, &ahead, &covering].map(String::as_str).concat();
-    let text = text.replace("\"mixed\"", "\"mixed\"\npercent = 60");
     missions.push(("a covering rover behind another in the corridor".to_owned(), text, 600));
     for (what, text, steps_max) in missions {
         let world = resolved(&text);
@@ -359,7 +357,7 @@ fn a_goal_that_is_taken_for_good_ends_a_mission_that_needs_it() {
     let first = hopper("start = [5, 9]\ngoal = [5, 1]");
     let second = hopper("start = [3, 1]\ngoal = [7, 1]\nrequired = false");
     let fault = "[[faults]]\nrobot = 1\naction = 3\n";
-    let text = [FLAT, &first, &second, fault].concat().replace("[mission]", &law(1.0));
+    let text = [FLAT, &first, &second, fault].concat().replace("[brief]", &law(1.0));
     let world = resolved(&text);
     let (flown, records) = fly(&world, 1, &own_planners(&world));
     let last = records.last().unwrap();
@@ -373,7 +371,7 @@ fn a_goal_that_is_taken_for_good_ends_a_mission_that_needs_it() {
 /// goal.
 #[test]
 fn a_hopper_that_was_stopped_is_still_whole_hops_away_from_its_goal() {
-    let ground = FLAT.replace("[mission]", "[robot]\nhop_distance_m = 2.0\n[mission]");
+    let ground = FLAT.replace("[brief]", "[robot]\nhop_distance_m = 2.0\n[brief]");
     let hopper = |start: [i32; 2], goal: [i32; 2]| {
         robot(&format!("\"hopper\"\nstart = {start:?}\ngoal = {goal:?}\nplanner = \"astar\""))
     };
@@ -404,7 +402,7 @@ fn who_has_left_the_map_takes_up_no_cell() {
     };
     let waiting = robot("\"hopper\"\nstart = [9, 9]\ngoal = [9, 8]\nplanner = \"hold\"");
     let text = [FLAT, "[guard]\nhazard_max = 1.0\n", &hopper(1), &hopper(0), &waiting].concat();
-    let world = resolved(&text.replace("[mission]", &law(0.2)));
+    let world = resolved(&text.replace("[brief]", &law(0.2)));
     let mut left = BTreeSet::new();
     for seed in 0..40 {
         let (_, records) = fly(&world, seed, &own_planners(&world));

@@ -29,15 +29,13 @@ fn mission_in(
     stages: u32,
 ) -> (Mission, PlannerSchedule) {
     let mut text = format!(
-        "[truth.terrain.passages]\nseed = {seed}\n[mission]\nkind = \"scout\"\nstages = {stages}\n[brief]\n\
+        "[truth.terrain.passages]\nseed = {seed}\n[sampling]\nstages = {stages}\n[brief]\n\
          name = \"world\"\nprofile = \"hopper\"\n[limits]\nsteps_max = 1000\n[guard]\nhazard_max = {hazard_max}\n"
     );
-    for (vehicle, _) in robots {
-        text += &format!("[[robots]]\nvehicle = \"{vehicle}\"\nspeed_mps = 5.0\n");
-        if *vehicle == "helicopter"
-            && let Some(accuracy) = accuracy
-        {
-            text += &format!("accuracy = {accuracy:?}\n");
+    for (body, _) in robots {
+        text += &format!("[[robots]]\nbody = \"{body}\"\n");
+        if *body == "helicopter" {
+            text += &format!("speed_mps = 5.0\naccuracy = {:?}\n", accuracy.unwrap_or(1.0));
         }
     }
     let world = Scenario::parse(&text, "test").unwrap().resolve().unwrap();
@@ -146,13 +144,13 @@ fn the_mission_of_each_arm_is_that_of_the_study_on_dozens_of_worlds() {
     /// An arm of the study with the pairs of planners that are its like here.
     type Case = (Arm, RoverPlanner, &'static [(&'static str, &'static str)]);
     let arms: [Case; 7] = [
-        (Arm::NaiveRover, RrtStarEtt, &[("rover", "rrt_star")]),
-        (Arm::SafeRover, RrtStarEtt, &[("rover", "rrt_star_ett")]),
-        (Arm::SafeRover, EttExact, &[("rover", "ett_exact")]),
-        (Arm::ScoutRoute, RrtStarEtt, &[("rover", "rrt_star_ett"), ("helicopter", "scout_route")]),
-        (Arm::InformationTheoretic, RrtStarEtt, &[("rover", "rrt_star_ett"), ("helicopter", "rrt_star_it")]),
-        (Arm::InformationTheoretic, EttExact, &[("rover", "ett_exact"), ("helicopter", "rrt_star_it")]),
-        (Arm::ScoutValue, RrtStarEtt, &[("rover", "rrt_star_ett"), ("helicopter", "scout_value")]),
+        (Arm::NaiveRover, RrtStarEtt, &[("driver", "rrt_star")]),
+        (Arm::SafeRover, RrtStarEtt, &[("driver", "rrt_star_ett")]),
+        (Arm::SafeRover, EttExact, &[("driver", "ett_exact")]),
+        (Arm::ScoutRoute, RrtStarEtt, &[("driver", "rrt_star_ett"), ("helicopter", "scout_route")]),
+        (Arm::InformationTheoretic, RrtStarEtt, &[("driver", "rrt_star_ett"), ("helicopter", "rrt_star_it")]),
+        (Arm::InformationTheoretic, EttExact, &[("driver", "ett_exact"), ("helicopter", "rrt_star_it")]),
+        (Arm::ScoutValue, RrtStarEtt, &[("driver", "rrt_star_ett"), ("helicopter", "scout_value")]),
     ];
     let (mut replanned, mut stuck, mut worlds) = (0, 0, 0);
     for seed in 1..=24_u64 {
@@ -185,7 +183,7 @@ fn the_mission_with_a_camera_that_errs_is_that_of_the_study() {
             for (arm, search) in
                 [(Arm::InformationTheoretic, "rrt_star_it"), (Arm::ScoutValue, "scout_value")]
             {
-                let robots = [("rover", "rrt_star_ett"), ("helicopter", search)];
+                let robots = [("driver", "rrt_star_ett"), ("helicopter", search)];
                 let (mission, schedule) = mission_in(seed, &robots, 0.01, Some(accuracy), 1);
                 let planner_seed = mission.brief.sampling.unwrap().seed;
                 let exact = Setup::new(RoverPlanner::RrtStarEtt, Samples::MONTE_CARLO);
@@ -313,7 +311,7 @@ fn the_mission_in_several_stages_is_that_of_the_study() {
             let world = monte_carlo(seed);
             for (arm, scout) in helicopters {
                 for (planner, rover) in rovers {
-                    let robots = [("rover", rover), ("helicopter", scout)];
+                    let robots = [("driver", rover), ("helicopter", scout)];
                     let (mission, schedule) = mission_in(seed, &robots, 0.01, accuracy, stages);
                     let planner_seed = mission.brief.sampling.unwrap().seed;
                     let one = Setup::new(planner, Samples::MONTE_CARLO);
@@ -342,7 +340,7 @@ fn the_mission_in_several_stages_is_that_of_the_study() {
 fn fresh_planners_at_every_decision_fly_the_same_stages() {
     let mut halted = 0;
     for (seed, scout) in [(2, "rrt_star_it"), (39, "scout_route"), (201, "scout_value")] {
-        let robots = [("rover", "ett_exact"), ("helicopter", scout)];
+        let robots = [("driver", "ett_exact"), ("helicopter", scout)];
         let (mission, schedule) = mission_in(seed, &robots, 0.01, None, 3);
         let (flown, records) = fly(mission.clone(), &schedule);
         halted += records.iter().filter(|record| record.outcome.branch == Branch::Halted).count();
@@ -380,7 +378,7 @@ fn the_built_in_scenario_keeps_its_digest() {
     assert_eq!(records.len(), 46);
     assert_eq!(
         flown.state.digest.to_string(),
-        "9faf94dc6fdbe4c8b3b98b5db4ed0c2793146140d647f3cd9dd65e9ed1874372"
+        "5546081ee620960fe540c0defa05db9c5c1b0272c6c609ebdaa5566fd686eeed"
     );
 }
 
@@ -392,8 +390,8 @@ fn on_slopes_a_drive_takes_what_the_planner_expects_of_certain_ground() {
         let text = format!(
             "[truth.terrain.gaussians]\nwidth_cells = 60\nheight_cells = 40\ncell_size_m = 1.0\nsigma_m = 12.0\n\
              amplitude_m = {amplitude_m:?}\nraised_m = [[30.0, 20.0]]\n[truth.mobility]\nspeeds = [0, 0, 0, 1]\n\
-             [mission]\nkind = \"scout\"\n[brief]\nprofile = \"hopper\"\nstart = [5, 20]\ngoal = [54, 20]\n\
-             [limits]\nsteps_max = 100\n[[robots]]\nvehicle = \"rover\"\nplanner = \"ett_exact\"\n"
+             [brief]\nprofile = \"hopper\"\nstart = [5, 20]\ngoal = [54, 20]\n\
+             [limits]\nsteps_max = 100\n[[robots]]\nbody = \"driver\"\nplanner = \"ett_exact\"\n"
         );
         let world = scenario::Scenario::parse(&text, "slopes").unwrap().resolve().unwrap();
         let mission = Mission { brief: world.brief, terrain: world.terrain, seed: 1, faults: world.faults };
@@ -418,7 +416,7 @@ fn on_slopes_a_drive_takes_what_the_planner_expects_of_certain_ground() {
 #[test]
 fn fresh_planners_at_every_decision_fly_the_same_mission() {
     for (seed, scout) in [(1, "rrt_star_it"), (2, "scout_route"), (5, "scout_value")] {
-        let robots = [("rover", "rrt_star_ett"), ("helicopter", scout)];
+        let robots = [("driver", "rrt_star_ett"), ("helicopter", scout)];
         let (mission, schedule) = mission(seed, &robots, 0.01);
         let (flown, records) = fly(mission.clone(), &schedule);
         let (again, repeated) = fly(mission, &PlannerSchedule::relieved(&records));
@@ -473,7 +471,7 @@ impl Planner for Vetoed {
 #[test]
 fn a_veto_stops_a_drive_and_nothing_else() {
     for name in DRIVE_ALGORITHMS {
-        let (mission, schedule) = mission(1, &[("rover", name), ("helicopter", "scout_route")], 0.01);
+        let (mission, schedule) = mission(1, &[("driver", name), ("helicopter", "scout_route")], 0.01);
         let (flown, _) = fly(mission.clone(), &schedule);
         let heeded = Arc::new(AtomicU32::new(0));
         let make = &mut |name: Name, _: &Mission| {
@@ -491,7 +489,7 @@ fn a_veto_stops_a_drive_and_nothing_else() {
 /// flown to its end.
 #[test]
 fn the_helicopters_planner_is_swapped_in_flight_and_its_flight_goes_on() {
-    let robots = [("rover", "rrt_star_ett"), ("helicopter", "rrt_star_it")];
+    let robots = [("driver", "rrt_star_ett"), ("helicopter", "rrt_star_it")];
     let (mission, schedule) = mission(1, &robots, 0.01);
     let (flown, records) = fly(mission.clone(), &schedule);
     let swapped = records.iter().map(|record| {

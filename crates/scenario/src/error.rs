@@ -86,6 +86,20 @@ pub enum ScenarioError {
         /// Message of the TOML parser, shortened.
         message: String,
     },
+    /// The text has a field of the time when a mission had a kind.
+    #[error(
+        "{origin}: line {line}: {field} is no field any more, since a mission follows from its robots; write {instead}"
+    )]
+    Former {
+        /// File or built-in scenario the text comes from.
+        origin: String,
+        /// Its line in the text, from 1.
+        line: usize,
+        /// The field.
+        field: &'static str,
+        /// What to write in its place.
+        instead: &'static str,
+    },
     /// `brief.name` is empty, too long, or not printable.
     #[error("brief.name: {0}; set brief.name")]
     Name(#[from] NameError),
@@ -156,24 +170,22 @@ pub enum ScenarioError {
         got: String,
     },
     /// The start or a goal lies outside the map.
-    #[error("brief.{which}: need a cell within (0, 0) to {last}, got {got}")]
+    #[error("{field}: need a cell within (0, 0) to {last}, got {got}")]
     OffMap {
-        /// `start` or `goal`.
-        which: &'static str,
+        /// Path of the field, such as `brief.start`.
+        field: &'static str,
         /// North-eastern cell of the map, the largest valid one.
         last: Cell,
         /// Cell given in the scenario.
-        got: Cell,
+        got: String,
     },
     /// The start or a goal lies on impassable ground.
-    #[error(
-        "brief.{which}: need passable ground, got {got}, which {why}; choose a cell nearby, such as {nearby}"
-    )]
+    #[error("{field}: need passable ground, got {got}, which {why}; choose a cell nearby, such as {nearby}")]
     Impassable {
-        /// `start` or `goal`.
-        which: &'static str,
+        /// Path of the field, such as `brief.start`.
+        field: &'static str,
         /// Cell given in the scenario.
-        got: Cell,
+        got: String,
         /// Why it is impassable: "has no height (nodata)" or "slopes N degrees".
         why: String,
         /// Nearest passable cell on the hop lattice, or "none on this map".
@@ -181,16 +193,18 @@ pub enum ScenarioError {
     },
     /// A goal is not a whole number of hops from the start.
     #[error(
-        "brief.goal: need whole hops of {hop_cells} cells from the start {start}, got {goal}; \
+        "{field}: need whole hops of {hop_cells} cells from the start {start}, got {goal}; \
          choose a goal whose columns and rows differ from the start's by multiples of {hop_cells}"
     )]
     OffLattice {
+        /// Path of the field, such as `brief.goal`.
+        field: &'static str,
         /// Cells spanned by one hop.
         hop_cells: u32,
-        /// Start of the mission, which fixes the lattice of landing cells.
+        /// Start of the hopper, which fixes the lattice of its landing cells.
         start: Cell,
         /// First goal off that lattice.
-        goal: Cell,
+        goal: String,
     },
     /// A resolved value is outside the range that the brief message allows.
     #[error("the resolved {0}")]
@@ -198,13 +212,15 @@ pub enum ScenarioError {
 }
 
 impl ScenarioError {
-    /// This error, about a field of robot `number`, if each robot has that field.
-    pub(crate) fn of_robot(self, number: usize) -> Self {
-        match self {
-            Self::Value { field, need, got } => {
-                Self::Value { field, need, got: format!("{got} for robot {number}") }
-            }
-            other => other,
+    /// This error, about robot `number` of several.
+    pub(crate) fn of_robot(mut self, number: usize) -> Self {
+        if let Self::Value { got, .. }
+        | Self::OffMap { got, .. }
+        | Self::Impassable { got, .. }
+        | Self::OffLattice { goal: got, .. } = &mut self
+        {
+            *got += &format!(" for robot {number}");
         }
+        self
     }
 }

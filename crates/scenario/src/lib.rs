@@ -1,7 +1,7 @@
 //! Reads missions from TOML text.
 //!
-//! A [`Scenario`] says what the true ground is, what the brief says of it, which robot flies, within which
-//! limits and under which guard. [`Scenario::resolve`] builds its terrain, fills in every default and checks
+//! A [`Scenario`] says what the true ground is, what the brief says of it, which robots there are, within which
+//! limits and under which guard. [`Scenario::resolve`] builds its terrain, fills in what depends on it and checks
 //! that a mission can be flown on it. The result is a [`ResolvedScenario`]: the true terrain for hopper-sim, the
 //! [`contract::Brief`] for every process, and a canonical text that resolves to the same value.
 //!
@@ -23,16 +23,16 @@ mod difference;
 mod error;
 mod exact;
 mod fitted;
+mod former;
 mod guard;
 mod mission;
-mod mixed;
 mod mobility;
 mod overrides;
-mod patrol;
 mod resolve;
 mod resolved;
 mod robot;
 mod robots;
+mod sampling;
 mod shape;
 pub mod text;
 mod truth;
@@ -49,10 +49,13 @@ pub use mission::{
     Surveyed,
 };
 pub use overrides::Overrides;
-pub use patrol::{MissionKind, MissionRules};
 pub use resolved::ResolvedScenario;
 pub use robot::{Robot, Scatter, Sensor};
-pub use robots::{Fault, OwnSensor, RobotRules, VehicleKind};
+pub use robots::{
+    CoverGoal, DriverRules, Fault, HelicopterRules, HopperGoal, HopperRules, OwnSensor, RobotRules,
+    RoverRules, Visits,
+};
+pub use sampling::SamplingRules;
 pub use truth::{
     CellPoint, CropCells, CropMetres, ElevationFile, Gaussians, Obstacles, Passages, RandomHills,
     SandRectangle, SandRules, TerrainSource, Truth,
@@ -65,6 +68,7 @@ use std::sync::Arc;
 #[cfg(test)]
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use toml::de::{DeTable, Deserializer};
 
 /// See [`Scenario::schema`].
 const SCHEMA: &str = include_str!("../schema.json");
@@ -78,10 +82,7 @@ pub struct Scenario {
     pub truth: Truth,
     /// What every process receives about the mission.
     pub brief: MissionBrief,
-    /// Whether the hopper goes to one goal or patrols several, or rovers cover the ground.
-    #[serde(default, skip_serializing_if = "MissionRules::is_empty")]
-    pub mission: MissionRules,
-    /// The hopper. Everything has a default: the hopper of Sakamoto & Kunii 2023.
+    /// The hopper, or what hoppers of `[[robots]]` have in common. Everything has a default: the hopper of Sakamoto & Kunii 2023.
     #[serde(default)]
     pub robot: Robot,
     /// When the mission ends, and how long a decision may take.
@@ -90,7 +91,10 @@ pub struct Scenario {
     /// What hopper-sim refuses to execute, and when it acts on its own.
     #[serde(default, skip_serializing_if = "GuardRules::is_empty")]
     pub guard: GuardRules,
-    /// The robots of a mission of kind `cover` or `scout`, instead of a hopper.
+    /// What planners of routes over uncertain ground are given; only with a driver.
+    #[serde(default, skip_serializing_if = "SamplingRules::is_default")]
+    pub sampling: SamplingRules,
+    /// The robots, 1 to 16; without them the mission is one hopper, that of `[robot]` and `[brief]`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub robots: Vec<RobotRules>,
     /// Robots that fail, and when.
@@ -117,10 +121,20 @@ impl Scenario {
     /// Reads a scenario from TOML; `origin` is what errors call it.
     ///
     /// # Errors
-    /// [`ScenarioError::Toml`] with line and column.
+    /// [`ScenarioError::Toml`] with line and column, and [`ScenarioError::Former`] with what to write instead.
     pub fn parse(toml: &str, origin: &str) -> Result<Self, ScenarioError> {
-        toml::from_str(toml)
-            .map_err(|error| ScenarioError::Toml { origin: origin.into(), message: text::toml_error(&error) })
+        let refuse = |(mut error, of): (toml::de::Error, Option<String>)| {
+            error.set_input(Some(toml));
+            let message = text::toml_error(&error);
+            let message = of.into_iter().fold(message, |message, of| format!("{message}, {of}"));
+            ScenarioError::Toml { origin: origin.into(), message }
+        };
+        let mut table = DeTable::parse(toml).map_err(|error| refuse((error, None)))?;
+        former::check(table.get_ref(), toml, origin)?;
+        let robots = table.get_mut().remove("robots");
+        let rest = Self::deserialize(Deserializer::from(table)).map_err(|error| refuse((error, None)))?;
+        let robots = robots.map(robots::read).transpose().map_err(refuse)?;
+        Ok(Self { robots: robots.unwrap_or_default(), ..rest })
     }
 
     /// The scenario with the command line's overrides. Defaults that depend on an overridden value follow it:

@@ -5,7 +5,7 @@ use contract::{DistanceNorm, Profile, Reading};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::{ScenarioError, exact};
+use crate::{ScenarioError, Visits, exact};
 
 /// Section `[brief]`: what every process receives about the mission.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -18,12 +18,20 @@ pub struct MissionBrief {
     #[serde(default = "default_profile")]
     #[cfg_attr(test, schemars(with = "String", extend("enum" = ["paper-2023", "hopper"])))]
     pub profile: Profile,
-    /// Cell (x, y) to start from, counted from the south-western corner. Robots of `[[robots]]` have starts of their own.
+    /// Cell (x, y) to start from, counted from the south-western corner: that of the hopper, or of robots of `[[robots]]` that may
+    /// take it and have none of their own.
     #[serde(default, skip_serializing_if = "Option::is_none", deserialize_with = "exact::optional")]
     pub start: Option<[i32; 2]>,
-    /// Cell (x, y) to reach; none where ground is to be covered.
+    /// Cell (x, y) to reach: that of the hopper, or of robots of `[[robots]]` that may take it and have none of their own.
     #[serde(default, skip_serializing_if = "Option::is_none", deserialize_with = "exact::optional")]
     pub goal: Option<[i32; 2]>,
+    /// Goals of a patrol in place of `goal`, 2 to 16 cells (x, y): visited in turn, from the last to the first again. Each is
+    /// different from the one before it, and the first from the last. `limits.steps_max` does not apply.
+    #[serde(default, skip_serializing_if = "Vec::is_empty", deserialize_with = "exact::list")]
+    pub goals: Vec<[i32; 2]>,
+    /// Hops after which a patrol ends; by default as many as a mission can count.
+    #[serde(default = "Visits::most_hops", skip_serializing_if = "Visits::is_most_hops")]
+    pub hops_max: u64,
     /// Elevation that heights are relative to, metres, or `survey`: the mean of the map.
     #[serde(default = "zero")]
     pub datum_m: Surveyed<f64>,

@@ -3,17 +3,17 @@
 use std::path::PathBuf;
 
 use contract::{Cell, DriveSpeed, SpeedPrior};
-use routing::{Goal, Stream};
+use routing::Stream;
 use rover::{Lattice, Point, Speed, SpeedDistribution, Surface, TerrainClass, speed, speed_distribution};
-use scout_world::Trip;
 use terrain::Terrain;
 
 use crate::ScenarioError;
+use crate::robots::refuse;
 use crate::shape::Shaped;
 use crate::truth::{Layer, Mobility};
 
-/// A rover is at its goal within this distance, metres, as in the Monte Carlo study.
-const GOAL_RADIUS_M: f64 = 3.0;
+/// A driver is at its goal within this distance, metres, as in the Monte Carlo study.
+pub(crate) const GOAL_RADIUS_M: f64 = 3.0;
 
 /// What is known of the cells.
 enum Known {
@@ -305,37 +305,21 @@ fn true_speeds(file: &std::path::Path, shaped: &Shaped) -> Result<Vec<Speed>, Sc
     Ok(values.into_iter().map(|value| speed(value).unwrap_or(Speed::Zero)).collect())
 }
 
-/// The trip of a rover from cell to cell on uncertain ground.
+/// The middle of a cell, given in `field`, at which a driver starts or ends.
 ///
 /// # Errors
-/// If start or goal, called by `fields` of `robot`, is missing, off the map or no ground to stand on.
-pub(crate) fn trip(
-    terrain: &Terrain,
-    [start, goal]: [Option<[i32; 2]>; 2],
-    fields: [&'static str; 2],
-    robot: Option<usize>,
-) -> Result<Trip, ScenarioError> {
-    let end = |field, cell| end(field, cell, terrain, robot);
-    let (start, at) = (end(fields[0], start)?, end(fields[1], goal)?);
-    Ok(Trip { start, goal: Goal { at, radius_m: GOAL_RADIUS_M } })
-}
-
-/// The middle of a cell at which a rover starts or ends.
-fn end(
+/// If it is off the map, or no driver can move there.
+pub(crate) fn middle_of_drivable(
     field: &'static str,
-    cell: Option<[i32; 2]>,
+    cell: Cell,
     terrain: &Terrain,
-    robot: Option<usize>,
 ) -> Result<Point, ScenarioError> {
-    let of = robot.map_or(String::new(), |number| format!(" of robot {number}"));
-    let refuse = |need, got: String| Err(ScenarioError::Value { field, need, got: got + &of });
-    let Some([x, y]) = cell else { return refuse("a cell (x, y)", "nothing".into()) };
-    match terrain.ground(Cell::new(x, y)) {
-        None => refuse("a cell on the map", format!("({x}, {y})")),
+    match terrain.ground(cell) {
+        None => refuse(field, "a cell on the map", cell.to_string()),
         Some(ground) if ground.speed == Some(DriveSpeed::Zero) => {
-            refuse("a cell whose true speed is above 0", format!("({x}, {y})"))
+            refuse(field, "a cell whose true speed is above 0", cell.to_string())
         }
-        Some(_) => Ok(Point::new(f64::from(x) + 0.5, f64::from(y) + 0.5)),
+        Some(_) => Ok(Point::new(f64::from(cell.x) + 0.5, f64::from(cell.y) + 0.5)),
     }
 }
 

@@ -6,8 +6,8 @@ use std::sync::Arc;
 use contract::limits::{DECISIONS_MAX, TREASURES_MAX};
 use contract::wire::{BriefV10, GroundV2, RobotV1, brief_from_wire};
 use contract::{
-    Account, Body, Brief, Cell, DriveSpeed, GradientSource, Grid, Ground, Limits, MotionParameters, Name,
-    Payoff, Priors, Profile, Range, Robots, RunId, SensorParameters, SoilMotion, SpeedPrior, Weights,
+    Account, Body, Brief, Cell, DriveSpeed, Goal, GradientSource, Grid, Ground, Limits, MotionParameters,
+    Name, Payoff, Priors, Profile, Range, Robots, RunId, SensorParameters, SoilMotion, SpeedPrior, Weights,
 };
 use helicopter::Sensor;
 use rover::Speed;
@@ -16,15 +16,11 @@ use sha2::{Digest as _, Sha256};
 use terrain::{Rectangle, Relief, Sand, Terrain, TerrainError};
 
 use crate::bounds::in_range;
-use crate::mixed::Design;
-use crate::mobility::trip;
 use crate::resolved::{ResolvedScenario, canonical, hash};
+use crate::robots::{Design, refuse};
 use crate::shape::{Shaped, grid};
 use crate::truth::Mobility;
-use crate::{
-    MissionBrief, MissionKind, Passages, Robot, Scatter, Scenario, ScenarioError, Surveyed, TerrainSource,
-    Warning,
-};
+use crate::{Passages, Robot, Scatter, Scenario, ScenarioError, Surveyed, TerrainSource, Warning};
 
 /// Most rectangles of sand: every cell is tested against each.
 const RECTANGLES_MAX: usize = 1000;
@@ -55,12 +51,9 @@ impl Scenario {
         resolved.resolve_sensor(&terrain.grid)?;
 
         let unused = resolved.brief.profile == Profile::Paper2023 && !resolved.guard.is_empty();
-        let robots = resolved.robots_on(&terrain, trip.as_ref())?;
+        let robots = resolved.robots_on(&terrain, &shaped.relief, trip)?;
         resolved.add_readings(&robots, &mut terrain);
         let mut brief = resolved.brief_on(&terrain, &robots)?;
-        if brief.account == Account::Hopper {
-            check_cells(&brief, &terrain, &shaped.relief)?;
-        }
         terrain.treasures = resolved.treasures_on(&brief, &terrain)?;
         brief.priors.treasures = terrain.treasures.len() as u32;
         resolved.check_hopper(&terrain.grid)?;
@@ -119,12 +112,7 @@ impl Scenario {
         let hop_distance_m = self.robot.hop_distance_m;
         in_range("robot.hop_distance_m", hop_distance_m, 1e-3..=1e6, "0.001 to 1e6 m")?;
         // Rovers alone go from cell to cell, however long a hop would be.
-        let has_hoppers = if self.mission.is_mixed() {
-            self.robots.iter().any(|rules| rules.vehicle == crate::VehicleKind::Hopper)
-        } else {
-            self.mission.is_of_hopper()
-        };
-        let hops_m = has_hoppers.then_some(hop_distance_m);
+        let hops_m = self.has_hoppers().then_some(hop_distance_m);
         match &mut self.truth.terrain {
             TerrainSource::Gaussians(source) => {
                 let grid = grid(source.width_cells, source.height_cells, source.cell_size_m, hop_distance_m)?;
@@ -212,11 +200,11 @@ impl Scenario {
         let way = |robot: &contract::Robot| {
             [robot.start.cell, robot.goal.cell(grid, 0).unwrap_or(robot.start.cell)]
         };
-        let ways: Vec<[Cell; 2]> = if self.mission.is_mixed() {
-            brief.robots.iter().filter(|robot| robot.body.hops()).map(way).collect()
-        } else {
-            brief.robots.iter().find(|robot| robot.required).map(way).into_iter().collect()
-        };
+        let hoppers = brief.robots.iter().filter(|robot| robot.body.hops());
+        let mut ways: Vec<[Cell; 2]> = hoppers.map(way).collect();
+        if ways.is_empty() {
+            ways.extend(brief.robots.iter().find(|robot| robot.required).map(way));
+        }
         let given = &mut self.truth.treasures;
         if given.len() > TREASURES_MAX {
             return refuse("at most 16 cells", given.len().to_string());
@@ -244,35 +232,42 @@ impl Scenario {
         Ok(cells)
     }
 
-    /// Writes speeds and prior of uncertain ground into `terrain`; the rover's trip on it, unless each robot has its own. Passages are the world of the
-    /// Monte Carlo study, bit for bit.
+    /// Writes speeds and prior of uncertain ground into `terrain`; the trip of a driver, where the ground has one of its own. Passages
+    /// are the world of the Monte Carlo study, bit for bit.
     fn spread(&self, shaped: &Shaped, terrain: &mut Terrain) -> Result<Option<Trip>, ScenarioError> {
         let mobility = self.truth.mobility.as_ref();
-        let TerrainSource::Passages(Passages { seed }) = &self.truth.terrain else {
-            let Some(mobility) = mobility else { return Ok(None) };
-            mobility.spread(shaped, terrain)?;
-            if self.mission.is_mixed() {
-                return Ok(None);
-            }
-            close_where_none_drives(terrain);
-            let MissionBrief { start, goal, .. } = self.brief;
-            return trip(terrain, [start, goal], ["brief.start", "brief.goal"], None).map(Some);
+        let passages = match &self.truth.terrain {
+            TerrainSource::Passages(Passages { seed }) => Some(*seed),
+            _ => None,
         };
-        if mobility.is_some() {
-            let (field, need) = ("truth.mobility", "terrain other than passages, whose speeds are drawn");
-            return Err(ScenarioError::Value { field, need, got: "both".into() });
+        let field = match (passages, mobility) {
+            (None, None) => return Ok(None),
+            (Some(_), Some(_)) => {
+                let need = "terrain other than passages, whose speeds are drawn";
+                return refuse("truth.mobility", need, "both".into());
+            }
+            (Some(_), None) => "truth.terrain.passages",
+            (None, Some(_)) => "truth.mobility",
+        };
+        if self.account() == Account::Hopper {
+            let need = "a robot that drives, body = \"driver\" or body = \"rover\": a hopper has no use for speeds of ground";
+            return refuse(field, need, "a hopper without any".into());
         }
-        let world = scout_world::monte_carlo(*seed);
-        for (ground, speed) in terrain.cells.iter_mut().zip(&world.truth.speeds) {
-            ground.speed = Some(scout_world::drive_speed(*speed));
+        if let Some(mobility) = mobility {
+            mobility.spread(shaped, terrain)?;
         }
-        let priors = world.prior.cells().iter().map(|speeds| SpeedPrior::new(speeds.probabilities()));
-        terrain.prior = priors.collect::<Result<_, _>>().map_err(ScenarioError::Brief)?;
-        if self.mission.is_mixed() {
-            return Ok(None);
+        let world = passages.map(scout_world::monte_carlo);
+        if let Some(world) = &world {
+            for (ground, speed) in terrain.cells.iter_mut().zip(&world.truth.speeds) {
+                ground.speed = Some(scout_world::drive_speed(*speed));
+            }
+            let priors = world.prior.cells().iter().map(|speeds| SpeedPrior::new(speeds.probabilities()));
+            terrain.prior = priors.collect::<Result<_, _>>().map_err(ScenarioError::Brief)?;
         }
-        close_where_none_drives(terrain);
-        Ok(Some(world.trip))
+        if self.account() == Account::Actions {
+            close_where_none_drives(terrain);
+        }
+        Ok(world.map(|world| world.trip))
     }
 
     /// Writes into `terrain` what the helicopters that err read of each cell, if there are any.
@@ -345,7 +340,8 @@ impl Scenario {
     fn brief_on(&mut self, terrain: &Terrain, robots: &[contract::Robot]) -> Result<Brief, ScenarioError> {
         let datum_m = self.datum_m();
         let planner_seed = self.planner_seed();
-        let Self { brief: mission, limits, guard, mission: rules, .. } = self;
+        let account = self.account();
+        let Self { brief: mission, limits, guard, sampling, .. } = self;
         let name: Name = mission.name.get_or_insert_with(|| "scenario".into()).parse()?;
         let budget_ms = limits.decision_budget_ms;
         in_range("limits.decision_budget_ms", budget_ms, 1e-6..=1e12, "1e-6 to 1e12 ms")?;
@@ -355,6 +351,7 @@ impl Scenario {
         };
         let drives = robots.iter().any(|robot| robot.body.drives());
         let flies = robots.iter().any(|robot| matches!(robot.body, Body::Helicopter(_)));
+        let visits_goals = matches!(robots[0].goal, Goal::Visit(_));
         Ok(Brief {
             run: RunId(0),
             scenario: name,
@@ -380,17 +377,13 @@ impl Scenario {
                 treasures: 0,
             },
             limits: Limits {
-                steps_max: if rules.kind == MissionKind::Patrol { DECISIONS_MAX } else { limits.steps_max },
+                steps_max: if visits_goals { DECISIONS_MAX } else { limits.steps_max },
                 decision_budget_ns: limits.decision_budget_ns(),
             },
             guard: guard.resolve(mission.profile)?,
             reading: mission.reading.resolve(mission.profile)?,
-            account: match rules.kind {
-                MissionKind::Reach | MissionKind::Patrol => Account::Hopper,
-                MissionKind::Scout => Account::Actions,
-                MissionKind::Cover | MissionKind::Mixed => Account::ActionsWithoutWaits,
-            },
-            sampling: rules.resolve_sampling(drives, flies, planner_seed)?,
+            account,
+            sampling: sampling.resolve(account, drives, flies, planner_seed)?,
             robots: Robots::new(robots).expect("1 to 16 robots, as was checked"),
         })
     }
@@ -423,29 +416,6 @@ impl Scenario {
         contract::Robot::try_from(&RobotV1::from(&hopper)).map_err(ScenarioError::Brief)?;
         Ok(())
     }
-
-    /// Start and goal of the hopper that the mission is of.
-    pub(crate) fn ends(&self) -> Result<[Cell; 2], ScenarioError> {
-        let given = |field, cell: Option<[i32; 2]>| match cell {
-            Some([x, y]) => Ok(Cell::new(x, y)),
-            None => Err(ScenarioError::Value { field, need: "a cell (x, y)", got: "nothing".into() }),
-        };
-        Ok([given("brief.start", self.brief.start)?, given("brief.goal", self.brief.goal)?])
-    }
-
-    /// Refuses start and goal of a hopper where the mission is none of one hopper; those of a rover on ground of the user's own may be
-    /// given.
-    pub(crate) fn check_no_ends(&self) -> Result<(), ScenarioError> {
-        let MissionBrief { start, goal, .. } = &self.brief;
-        let has_own = self.truth.mobility.is_none() || self.mission.is_mixed();
-        let is_given = has_own && (start.is_some() || goal.is_some());
-        if is_given {
-            let (field, need) =
-                ("brief.start, brief.goal", "neither: robots have starts, and no goal of the hopper's");
-            return Err(ScenarioError::Value { field, need, got: "one of them".into() });
-        }
-        Ok(())
-    }
 }
 
 impl From<Scatter> for SoilMotion {
@@ -455,39 +425,7 @@ impl From<Scatter> for SoilMotion {
     }
 }
 
-/// Checks that start and goals lie on the map, on passable ground, whole hops apart.
-fn check_cells(brief: &Brief, terrain: &Terrain, relief: &Relief) -> Result<(), ScenarioError> {
-    let (grid, leg) = (&terrain.grid, brief.leg(0));
-    let start = leg.start;
-    let goals = brief.visits().map_or_else(|| vec![leg.goal], |visits| visits.goals().to_vec());
-    let cells = goals.iter().map(|&goal| ("goal", goal));
-    for (which, got) in std::iter::once(("start", start)).chain(cells) {
-        let Some(ground) = terrain.ground(got) else {
-            return Err(ScenarioError::OffMap { which, last: grid.cell(grid.cells() - 1), got });
-        };
-        if !ground.passable {
-            let known = grid.index(got).and_then(|index| relief.cells[index]);
-            let why = match known {
-                Some(_) => format!("slopes {:.1} degrees", libm::atan(ground.steepness()).to_degrees()),
-                None => "has no height (nodata)".into(),
-            };
-            let nearby = grid
-                .iter()
-                .filter(|&cell| {
-                    grid.on_same_lattice(got, cell) && terrain.ground(cell).is_some_and(|g| g.passable)
-                })
-                .min_by(|a, b| a.distance_cells(got).total_cmp(&b.distance_cells(got)))
-                .map_or("none on this map".into(), |cell| cell.to_string());
-            return Err(ScenarioError::Impassable { which, got, why, nearby });
-        }
-    }
-    match goals.into_iter().find(|&goal| !grid.on_same_lattice(start, goal)) {
-        None => Ok(()),
-        Some(goal) => Err(ScenarioError::OffLattice { hop_cells: grid.hop_cells, start, goal }),
-    }
-}
-
-/// On ground that only rovers and helicopters are on, what a rover cannot drive over is impassable.
+/// On ground that only a driver and helicopters are on, what a driver cannot drive over is impassable.
 fn close_where_none_drives(terrain: &mut Terrain) {
     for ground in &mut terrain.cells {
         ground.passable = ground.speed != Some(DriveSpeed::Zero);

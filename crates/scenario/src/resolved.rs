@@ -6,9 +6,9 @@ use contract::{Brief, Name};
 use sha2::{Digest as _, Sha256};
 use terrain::Terrain;
 
-use crate::{Fault, Scenario, TerrainSource, Warning};
+use crate::{Fault, RobotRules, Scenario, TerrainSource, Warning};
 
-/// A scenario with its terrain built, every default filled in, and checked: with the seed of the hops it
+/// A scenario with its terrain built, what depends on it filled in, and checked: with the seed of the hops it
 /// determines a mission.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ResolvedScenario {
@@ -20,7 +20,8 @@ pub struct ResolvedScenario {
     pub faults: Vec<Fault>,
     /// The planner that each robot names, if it names one.
     pub planners: Vec<Option<Name>>,
-    /// Canonical TOML with every default filled in and file paths absolute; it resolves to the same value.
+    /// Canonical TOML with file paths absolute, and with what depends on the ground filled in; it resolves to the same value. Of
+    /// robots, goals, guard and readings a field at its default is left out.
     pub resolved: String,
     /// SHA-256 over what the mission depends on: the canonical text and the bits of every cell.
     ///
@@ -32,7 +33,7 @@ pub struct ResolvedScenario {
     pub warnings: Vec<Warning>,
 }
 
-/// The canonical text of a scenario whose defaults are filled in.
+/// The canonical text of a scenario that is resolved.
 pub(crate) fn canonical(scenario: &Scenario) -> String {
     toml::to_string(scenario).expect("a scenario is tables, numbers and text")
 }
@@ -41,7 +42,7 @@ pub(crate) fn canonical(scenario: &Scenario) -> String {
 pub(crate) fn hashed(scenario: &Scenario) -> Scenario {
     let mut portable = scenario.clone();
     portable.limits.decision_budget_ms = 0.0;
-    portable.robots.iter_mut().for_each(|robot| robot.planner = None);
+    portable.robots.iter_mut().for_each(RobotRules::forget_planner);
     let name_only = |path: &mut std::path::PathBuf| {
         if let Some(name) = path.file_name() {
             *path = name.into();

@@ -14,14 +14,14 @@ use scenario::{ResolvedScenario, Scenario};
 use crate::fixture::{beat, command};
 
 const GROUND: &str = "[truth.terrain.obstacles]\nwidth_cells = 8\nheight_cells = 6\ncell_size_m = 1.0\npercent = 0.0\nseed = 0\n\
-    [truth.mobility]\nspeeds = [0.0, 0.0, 0.0, 1.0]\n[mission]\nkind = \"mixed\"\n[brief]\nprofile = \"hopper\"\n\
+    [truth.mobility]\nspeeds = [0.0, 0.0, 0.0, 1.0]\n[brief]\nprofile = \"hopper\"\n\
     [limits]\nsteps_max = 12\n[guard]\nhazard_max = 1.0\n";
 
-const HOPPER: &str = "[[robots]]\nvehicle = \"hopper\"\nstart = [2, 2]\ngoal = [4, 2]\n";
+const HOPPER: &str = "[[robots]]\nbody = \"hopper\"\nstart = [2, 2]\ngoal = [4, 2]\n";
 
 /// A rover that covers ground.
 fn rover(x: i32, y: i32, more: &str) -> String {
-    format!("[[robots]]\nvehicle = \"rover\"\nstart = [{x}, {y}]\n{more}\n")
+    format!("[[robots]]\nbody = \"rover\"\nstart = [{x}, {y}]\n{more}\n")
 }
 
 fn world(robots: &[&str]) -> ResolvedScenario {
@@ -100,8 +100,8 @@ const EAST: Action = Action::Hop(Direction::East);
 /// occupies: the command is refused by name.
 #[test]
 fn who_aims_at_an_occupied_cell_is_refused_by_name() {
-    let helicopter = "[[robots]]\nvehicle = \"helicopter\"\nstart = [2, 3]\nspeed_mps = 5.0\n";
-    let driver = "[[robots]]\nvehicle = \"rover\"\nstart = [2, 0]\ngoal = [7, 5]\n";
+    let helicopter = "[[robots]]\nbody = \"helicopter\"\nstart = [2, 3]\nspeed_mps = 5.0\n";
+    let driver = "[[robots]]\nbody = \"driver\"\nstart = [2, 0]\ngoal = [7, 5]\n";
     let world = world(&[HOPPER, &rover(3, 2, ""), driver, helicopter]);
     let mut host = Host::new(&world, 1);
     let occupied = |refusal: Option<Refusal>, by: u16| match refusal {
@@ -131,7 +131,7 @@ fn who_aims_at_an_occupied_cell_is_refused_by_name() {
 #[test]
 fn a_team_is_manned_by_the_planner_of_the_robot_that_is_due() {
     let now = MonotonicNs(2);
-    let driver = "[[robots]]\nvehicle = \"rover\"\nstart = [2, 0]\ngoal = [7, 5]\nrequired = false\n";
+    let driver = "[[robots]]\nbody = \"driver\"\nstart = [2, 0]\ngoal = [7, 5]\nrequired = false\n";
     let mut host = Host::new(&world(&[HOPPER, driver, &rover(0, 5, "")]), 1);
     let perception = Heartbeat { run: RunId(1), ..beat(Role::Perception, 90, 1, Status::Underway) };
     let is_manned = |host: &Host, robots: &[u16]| {
@@ -208,7 +208,7 @@ fn hop_east(host: &mut Host, robot: u16, until: impl Fn(&Host) -> bool) {
 /// sooner.
 #[test]
 fn a_mission_is_over_once_the_robots_are_done_that_it_needs() {
-    let other = "[[robots]]\nvehicle = \"hopper\"\nstart = [2, 4]\ngoal = [3, 4]\n";
+    let other = "[[robots]]\nbody = \"hopper\"\nstart = [2, 4]\ngoal = [3, 4]\n";
     let optional = format!("{other}required = false\n");
     let mut ends = Vec::new();
     for second in [other, &optional] {
@@ -243,7 +243,7 @@ fn a_mission_is_over_once_the_robots_are_done_that_it_needs() {
 #[test]
 fn a_robot_that_is_lost_ends_the_mission_only_if_it_is_needed() {
     let far = |required: bool| {
-        format!("[[robots]]\nvehicle = \"hopper\"\nstart = [7, 5]\ngoal = [0, 5]\nrequired = {required}\n")
+        format!("[[robots]]\nbody = \"hopper\"\nstart = [7, 5]\ngoal = [0, 5]\nrequired = {required}\n")
     };
     for required in [true, false] {
         let mut host = Host::new(&world(&[&far(required), HOPPER]), 3);
@@ -261,7 +261,7 @@ fn a_robot_that_is_lost_ends_the_mission_only_if_it_is_needed() {
 #[test]
 fn who_gives_up_or_runs_out_of_actions_ends_the_mission_only_if_it_is_needed() {
     let driver = |required: bool| {
-        format!("[[robots]]\nvehicle = \"rover\"\nstart = [2, 0]\ngoal = [7, 5]\nrequired = {required}\n")
+        format!("[[robots]]\nbody = \"driver\"\nstart = [2, 0]\ngoal = [7, 5]\nrequired = {required}\n")
     };
     for required in [true, false] {
         let mut host = Host::new(&world(&[&driver(required), HOPPER]), 3);
@@ -293,7 +293,7 @@ fn who_gives_up_or_runs_out_of_actions_ends_the_mission_only_if_it_is_needed() {
 /// P-MIXED-DRIVE: A rover with a goal is done once it is within reach of the goal.
 #[test]
 fn a_rover_is_done_within_reach_of_its_goal() {
-    let driver = "[[robots]]\nvehicle = \"rover\"\nstart = [0, 0]\ngoal = [7, 0]\n";
+    let driver = "[[robots]]\nbody = \"driver\"\nstart = [0, 0]\ngoal = [7, 0]\n";
     let mut host = Host::new(&world(&[driver]), 1);
     assert_eq!(host.announce(0, &[[0.5, 0.5], [3.0, 0.5], [5.0, 0.5]]), None);
     assert_eq!(host.send(0, Action::Drive), None);
@@ -312,7 +312,7 @@ fn a_rover_is_done_within_reach_of_its_goal() {
 fn a_robot_that_has_stopped_for_good_closes_the_way_of_rovers() {
     // A corridor: the hopper's goal lies between the rover and the ground beyond.
     let text = GROUND.replace("height_cells = 6", "height_cells = 1");
-    let robots = "[[robots]]\nvehicle = \"hopper\"\nstart = [4, 0]\ngoal = [3, 0]\n";
+    let robots = "[[robots]]\nbody = \"hopper\"\nstart = [4, 0]\ngoal = [3, 0]\n";
     let text = format!("{text}{robots}{}", rover(0, 0, ""));
     let world = Scenario::parse(&text, "test").unwrap().resolve().unwrap();
     let arrived = (0..200).find_map(|seed| {
@@ -369,7 +369,7 @@ fn at_a_deadline_a_hopper_passes_by_who_stands_in_its_way() {
 fn the_guard_of_a_drive_knows_what_hoppers_have_seen() {
     let text = GROUND.replace("speeds = [0.0, 0.0, 0.0, 1.0]", "seed = 0\nspeeds = [0.5, 0.0, 0.0, 0.5]");
     let text = text.replace("hazard_max = 1.0", "hazard_max = 0.01");
-    let driver = "[[robots]]\nvehicle = \"rover\"\nstart = [2, 0]\ngoal = [7, 5]\n";
+    let driver = "[[robots]]\nbody = \"driver\"\nstart = [2, 0]\ngoal = [7, 5]\n";
     // All ground has one speed, and a rover cannot start on a trap.
     let worlds = (0..40).map(|seed| text.replace("seed = 0\nspeeds", &format!("seed = {seed}\nspeeds")));
     let mut worlds =
@@ -392,7 +392,7 @@ fn the_guard_of_a_drive_knows_what_hoppers_have_seen() {
 #[test]
 fn each_hopper_hops_by_its_own_law_and_is_guarded_by_it() {
     let hopper = |y: i32, more: &str| {
-        format!("[[robots]]\nvehicle = \"hopper\"\nstart = [0, {y}]\ngoal = [7, {y}]\n{more}\n")
+        format!("[[robots]]\nbody = \"hopper\"\nstart = [0, {y}]\ngoal = [7, {y}]\n{more}\n")
     };
     let hard = |intended: f64, stuck: f64, sideways: f64| {
         format!(

@@ -19,11 +19,11 @@ fn world(more: &str) -> ResolvedScenario {
     world_in("", more)
 }
 
-fn world_in(mission: &str, more: &str) -> ResolvedScenario {
+fn world_in(sampling: &str, more: &str) -> ResolvedScenario {
     let text = format!(
-        "[truth.terrain.passages]\nseed = 1\n[mission]\nkind = \"scout\"\n{mission}\n[brief]\nprofile = \"hopper\"\n\
+        "[truth.terrain.passages]\nseed = 1\n[sampling]\n{sampling}\n[brief]\nprofile = \"hopper\"\n\
          [limits]\nsteps_max = 40\n[guard]\nhazard_max = 0.01\n{more}\n\
-         [[robots]]\nvehicle = \"rover\"\n[[robots]]\nvehicle = \"helicopter\"\nspeed_mps = 5.0\n"
+         [[robots]]\nbody = \"driver\"\n[[robots]]\nbody = \"helicopter\"\nspeed_mps = 5.0\n"
     );
     Scenario::parse(&text, "test").unwrap().resolve().unwrap()
 }
@@ -490,7 +490,7 @@ fn a_takeover_of_a_robot_that_came_too_late_gets_that_robots_next_decision() {
 /// longer.
 #[test]
 fn a_takeover_that_came_too_late_waits_through_the_turns_of_the_others() {
-    let world = world("[[robots]]\nvehicle = \"helicopter\"\nspeed_mps = 5.0\n");
+    let world = world("[[robots]]\nbody = \"helicopter\"\nspeed_mps = 5.0\n");
     let mut host = Host::after_a_late_takeover(&world);
     for other in [2, 0] {
         assert_eq!((host.team().due, host.send(Action::Hold)), (RobotId(other), None), "it is not kept");
@@ -506,7 +506,7 @@ fn a_takeover_that_came_too_late_waits_through_the_turns_of_the_others() {
 /// keeps its reservation for another.
 #[test]
 fn two_takeovers_of_two_robots_are_each_given_their_turn() {
-    let world = world("[[robots]]\nvehicle = \"helicopter\"\nspeed_mps = 5.0\n");
+    let world = world("[[robots]]\nbody = \"helicopter\"\nspeed_mps = 5.0\n");
     for swapped in [false, true] {
         let mut host = Host::new(&world, false);
         let mut late = Vec::new();
@@ -542,7 +542,7 @@ fn two_takeovers_of_two_robots_are_each_given_their_turn() {
 /// those of other robots.
 #[test]
 fn a_route_is_known_though_the_planners_of_others_publish_theirs_meanwhile() {
-    let world = world("[[robots]]\nvehicle = \"helicopter\"\nspeed_mps = 5.0\n");
+    let world = world("[[robots]]\nbody = \"helicopter\"\nspeed_mps = 5.0\n");
     let mut host = Host::new(&world, false);
     let start = east(&world, 0.0);
     let route = |by_m: f64| Route::new(vec![start, east(&world, by_m)]).unwrap();

@@ -78,21 +78,21 @@ height_cells = 6
 cell_size_m = 0.5
 percent = 10.0
 seed = 3
-[mission]
-kind = "cover"
-percent = 90
-mode = "voronoi"
 [brief]
 name = "rovers"
 [[robots]]
+body = "rover"
 start = [0, 0]
 speed_mps = 0.2
 planner = "spiral"
+goal = { cover = 90, mode = "voronoi" }
 [[robots]]
+body = "rover"
 start = [6, 5]
 heading = "west"
 sensor_range_cells = 2
 speed_mps = 0.5
+goal = { cover = 90, mode = "voronoi" }
 [[faults]]
 robot = 1
 action = 4

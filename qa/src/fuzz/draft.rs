@@ -2,9 +2,9 @@
 
 use std::fmt::Write as _;
 
-use contract::Name;
+use contract::{Account, Name};
 use hopper_sim::Mission;
-use scenario::{ResolvedScenario, Scenario, VehicleKind};
+use scenario::{ResolvedScenario, Scenario};
 use serde::Serialize;
 use simulation::chance::Chance;
 use simulation::setup::Missions;
@@ -39,6 +39,15 @@ impl Kind {
     #[must_use]
     pub fn of(seed: u64) -> Self {
         Self::ALL[(seed % Self::ALL.len() as u64) as usize]
+    }
+
+    /// What states of such missions tell.
+    fn account(self) -> Account {
+        match self {
+            Kind::Hopper | Kind::Patrol | Kind::Accompanied => Account::Hopper,
+            Kind::Scouts => Account::Actions,
+            Kind::Rovers | Kind::Mixed => Account::ActionsWithoutWaits,
+        }
     }
 
     /// The faults that the simulation has for such missions.
@@ -83,10 +92,10 @@ impl Draft {
         })
     }
 
-    /// The mission resolved; `None` if it cannot be flown.
+    /// The mission resolved; `None` if it cannot be flown, or its robots make it one of another kind.
     #[must_use]
     pub fn world(&self) -> Option<ResolvedScenario> {
-        self.scenario.clone().resolve().ok()
+        if self.scenario.account() == self.kind.account() { self.scenario.resolve().ok() } else { None }
     }
 
     /// The mission, and the planner of each of its robots.
@@ -164,12 +173,21 @@ fn text(kind: Kind, chance: &mut Chance) -> String {
         ));
         line(format!("classes = {{ {one} = {:?}, {other} = {share:?} }}", 1.0 - share));
     }
-    line(mission(kind, drives, chance, width, height));
+    let task = Task::of(kind, drives, chance, width, height);
+    if let Some(sampling) = task.sampling {
+        line(format!("[sampling]\n{sampling}"));
+    }
     let profile = if kind == Kind::Rovers { "hopper" } else { chance.pick(&["hopper", "paper-2023"]) };
     line(format!("[brief]\nname = \"fuzz\"\nprofile = \"{profile}\""));
     if !matches!(kind, Kind::Rovers | Kind::Mixed) {
         let (start, goal) = (cell(chance, width, height), cell(chance, width, height));
-        line(format!("start = {}\ngoal = {}", list(&start), list(&goal)));
+        line(format!("start = {}", list(&start)));
+        line(match task.patrol {
+            None => format!("goal = {}", list(&goal)),
+            Some((further, hops_max)) => {
+                format!("goals = {}\nhops_max = {hops_max}", list(&[vec![goal], further].concat()))
+            }
+        });
     }
     if matches!(kind, Kind::Hopper | Kind::Patrol | Kind::Accompanied | Kind::Mixed) {
         line(hopper(chance, cell_m, hop_cells));
@@ -179,7 +197,7 @@ fn text(kind: Kind, chance: &mut Chance) -> String {
     if profile == "hopper" && chance.one_in(2) {
         line(format!("[guard]\nhazard_max = {:?}", chance.pick(&[0.0, 0.06, 0.25, 1.0])));
     }
-    let robots = robots(kind, drives, chance, width, height);
+    let robots = robots(kind, drives, task.cover.as_deref(), chance, [width, height]);
     for (number, robot) in robots.iter().enumerate() {
         line(format!("[[robots]]\n{robot}"));
         if chance.one_in(6) {
@@ -197,28 +215,45 @@ fn places(chance: &mut Chance, width: u32, height: u32, most: u64) -> Vec<[u32; 
     places
 }
 
-fn mission(kind: Kind, drives: bool, chance: &mut Chance, width: u32, height: u32) -> String {
-    let mut text = String::from("[mission]\n");
-    let samples = |chance: &mut Chance| {
-        format!("rover_samples = {}\nhelicopter_samples = {}", chance.between(10, 60), chance.between(10, 60))
-    };
-    text += &match kind {
-        Kind::Hopper | Kind::Accompanied => "kind = \"reach\"".into(),
-        Kind::Patrol => {
-            let goals = list(&places(chance, width, height, 3));
-            format!("kind = \"patrol\"\ngoals = {goals}\nhops_max = {}", chance.between(5, 50))
+/// What is to be done, as far as the kind of mission says.
+#[derive(Default)]
+struct Task {
+    /// Goals of a patrol after the first, and its hops.
+    patrol: Option<(Vec<[u32; 2]>, u64)>,
+    /// Goal of all rovers.
+    cover: Option<String>,
+    /// Section `[sampling]`.
+    sampling: Option<String>,
+}
+
+impl Task {
+    fn of(kind: Kind, drives: bool, chance: &mut Chance, width: u32, height: u32) -> Self {
+        let samples = |chance: &mut Chance| {
+            format!(
+                "rover_samples = {}\nhelicopter_samples = {}",
+                chance.between(10, 60),
+                chance.between(10, 60)
+            )
+        };
+        let nothing = Self::default();
+        match kind {
+            Kind::Hopper | Kind::Accompanied => nothing,
+            Kind::Patrol => {
+                let goals = places(chance, width, height, 3);
+                Self { patrol: Some((goals, chance.between(5, 50))), ..nothing }
+            }
+            Kind::Rovers => {
+                let (percent, mode) = (chance.between(20, 100), chance.pick(&["overlap", "voronoi"]));
+                Self { cover: Some(format!("{{ cover = {percent}, mode = \"{mode}\" }}")), ..nothing }
+            }
+            Kind::Scouts => Self { sampling: Some(samples(chance)), ..nothing },
+            Kind::Mixed => {
+                let sampling = if drives { Some(samples(chance)) } else { None };
+                let cover = format!("{{ cover = {} }}", chance.pick(&[2, 10, 40, 100]));
+                Self { cover: Some(cover), sampling, ..nothing }
+            }
         }
-        Kind::Rovers => {
-            let (percent, mode) = (chance.between(20, 100), chance.pick(&["overlap", "voronoi"]));
-            format!("kind = \"cover\"\npercent = {percent}\nmode = \"{mode}\"")
-        }
-        Kind::Scouts => format!("kind = \"scout\"\n{}", samples(chance)),
-        Kind::Mixed => {
-            let samples = if drives { samples(chance) } else { String::new() };
-            format!("kind = \"mixed\"\npercent = {}\n{samples}", chance.pick(&[2, 10, 40, 100]))
-        }
-    };
-    text
+    }
 }
 
 /// Section `[robot]`: how a hopper hops and sees.
@@ -244,30 +279,38 @@ fn hopper(chance: &mut Chance, cell_m: f64, hop_cells: u32) -> String {
 }
 
 /// The sections `[[robots]]`.
-fn robots(kind: Kind, drives: bool, chance: &mut Chance, width: u32, height: u32) -> Vec<String> {
-    let text = |vehicle: VehicleKind, has_place: bool, has_goal: bool, chance: &mut Chance| {
-        let mut robot = format!("vehicle = {}\n", quoted(vehicle));
+fn robots(
+    kind: Kind,
+    drives: bool,
+    cover: Option<&str>,
+    chance: &mut Chance,
+    [width, height]: [u32; 2],
+) -> Vec<String> {
+    let text = |body: Body, has_place: bool, chance: &mut Chance| {
+        let mut robot = format!("body = \"{}\"\n", body.name());
         if has_place {
             robot += &format!("start = {}\n", list(&cell(chance, width, height)));
         }
-        if has_goal {
+        if has_place && matches!(body, Body::Hopper | Body::Driver) {
             robot += &format!("goal = {}\n", list(&cell(chance, width, height)));
         }
         let heading = chance.pick(&["north", "east", "south", "west"]);
-        robot += &format!("heading = \"{heading}\"\n");
+        if matches!(body, Body::Hopper | Body::Rover) {
+            robot += &format!("heading = \"{heading}\"\n");
+        }
         let flies_for_rover = drives && !chance.one_in(4);
-        let planner = match vehicle {
-            VehicleKind::Hopper => chance.pick(planner::ALGORITHMS),
-            VehicleKind::Rover if has_goal || kind == Kind::Scouts => chance.pick(planner::DRIVE_ALGORITHMS),
-            VehicleKind::Rover => chance.pick(planner::COVER_ALGORITHMS),
-            VehicleKind::Helicopter if kind == Kind::Scouts || kind == Kind::Mixed && flies_for_rover => {
+        let planner = match body {
+            Body::Hopper => chance.pick(planner::ALGORITHMS),
+            Body::Driver => chance.pick(planner::DRIVE_ALGORITHMS),
+            Body::Rover => chance.pick(planner::COVER_ALGORITHMS),
+            Body::Helicopter if kind == Kind::Scouts || kind == Kind::Mixed && flies_for_rover => {
                 chance.pick(planner::FLY_ALGORITHMS)
             }
-            VehicleKind::Helicopter => planner::AHEAD_ALGORITHMS[0],
+            Body::Helicopter => planner::AHEAD_ALGORITHMS[0],
         };
         robot += &format!("planner = \"{planner}\"\n");
-        match vehicle {
-            VehicleKind::Helicopter => {
+        match body {
+            Body::Helicopter => {
                 robot += &format!(
                     "speed_mps = {:?}\nbudget_m = {:?}\nview_radius_m = {:?}",
                     chance.pick(&[0.2, 1.0, 5.0]),
@@ -275,14 +318,15 @@ fn robots(kind: Kind, drives: bool, chance: &mut Chance, width: u32, height: u32
                     chance.pick(&[0.8, 2.0, 5.0])
                 );
             }
-            VehicleKind::Rover if !has_goal && kind != Kind::Scouts => {
+            Body::Rover => {
                 robot += &format!(
-                    "speed_mps = {:?}\nsensor_range_cells = {}",
+                    "speed_mps = {:?}\nsensor_range_cells = {}\ngoal = {}",
                     chance.pick(&[0.1, 0.3, 0.5]),
-                    chance.between(1, 3)
+                    chance.between(1, 3),
+                    cover.unwrap_or("{ cover = 100 }")
                 );
             }
-            _ => {}
+            Body::Hopper | Body::Driver => {}
         }
         robot
     };
@@ -290,31 +334,44 @@ fn robots(kind: Kind, drives: bool, chance: &mut Chance, width: u32, height: u32
     match kind {
         Kind::Hopper | Kind::Patrol => Vec::new(),
         Kind::Accompanied => {
-            let mut robots = vec![text(VehicleKind::Hopper, false, false, chance)];
-            robots.extend((0..count.min(3)).map(|_| text(VehicleKind::Helicopter, false, false, chance)));
+            let mut robots = vec![text(Body::Hopper, false, chance)];
+            robots.extend((0..count.min(3)).map(|_| text(Body::Helicopter, false, chance)));
             robots
         }
-        Kind::Rovers => (0..count).map(|_| text(VehicleKind::Rover, true, false, chance)).collect(),
+        Kind::Rovers => (0..count).map(|_| text(Body::Rover, true, chance)).collect(),
         Kind::Scouts => {
-            let mut robots = vec![text(VehicleKind::Rover, false, false, chance)];
-            robots.extend((1..count).map(|_| text(VehicleKind::Helicopter, false, false, chance)));
+            let mut robots = vec![text(Body::Driver, false, chance)];
+            robots.extend((1..count).map(|_| text(Body::Helicopter, false, chance)));
             robots
         }
         Kind::Mixed => (0..count + 1)
             .map(|_| match chance.below(if drives { 5 } else { 4 }) {
-                0 | 1 => text(VehicleKind::Hopper, true, true, chance),
-                2 => text(VehicleKind::Rover, true, false, chance),
-                3 => text(VehicleKind::Helicopter, true, false, chance),
-                _ => text(VehicleKind::Rover, true, true, chance),
+                0 | 1 => text(Body::Hopper, true, chance),
+                2 => text(Body::Rover, true, chance),
+                3 => text(Body::Helicopter, true, chance),
+                _ => text(Body::Driver, true, chance),
             })
             .collect(),
     }
 }
 
-fn quoted(vehicle: VehicleKind) -> &'static str {
-    match vehicle {
-        VehicleKind::Rover => "\"rover\"",
-        VehicleKind::Helicopter => "\"helicopter\"",
-        VehicleKind::Hopper => "\"hopper\"",
+/// What a robot of a draft is.
+#[derive(Clone, Copy)]
+enum Body {
+    Hopper,
+    Rover,
+    Driver,
+    Helicopter,
+}
+
+impl Body {
+    /// As written in a scenario.
+    fn name(self) -> &'static str {
+        match self {
+            Body::Hopper => "hopper",
+            Body::Rover => "rover",
+            Body::Driver => "driver",
+            Body::Helicopter => "helicopter",
+        }
     }
 }

@@ -1,6 +1,6 @@
 //! Makes a failing mission small: fewer robots, less ground, milder rules.
 
-use scenario::{GuardRules, Scenario, TerrainSource};
+use scenario::{GuardRules, RobotRules, Scenario, TerrainSource};
 
 use super::trial::Broken;
 use super::{Draft, Kind};
@@ -55,11 +55,21 @@ fn candidates(draft: &Draft) -> Vec<Draft> {
         scenario.robot = scenario::Robot { hop_distance_m, ..Default::default() };
     });
     less(&|scenario| {
-        scenario.mission.goals.pop();
+        scenario.brief.goals.pop();
     });
-    less(&|scenario| scenario.mission.hops_max = scenario.mission.hops_max.map(|hops| hops.div_ceil(2)));
+    less(&|scenario| {
+        if !scenario.brief.goals.is_empty() {
+            scenario.brief.hops_max = scenario.brief.hops_max.div_ceil(2);
+        }
+    });
     less(&|scenario| scenario.limits.steps_max = scenario.limits.steps_max.div_ceil(2));
-    less(&|scenario| scenario.mission.percent = scenario.mission.percent.map(|percent| percent.div_ceil(2)));
+    less(&|scenario| {
+        for rules in &mut scenario.robots {
+            if let RobotRules::Rover(rules) = rules {
+                rules.goal.cover = rules.goal.cover.div_ceil(2);
+            }
+        }
+    });
     less(&|scenario| match &mut scenario.truth.terrain {
         TerrainSource::RandomHills(hills) => hills.hills /= 2,
         TerrainSource::Obstacles(obstacles) => obstacles.percent = (obstacles.percent / 2.0).floor(),

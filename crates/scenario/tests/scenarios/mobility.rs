@@ -4,10 +4,9 @@ use std::fs;
 use std::path::Path;
 
 use contract::{Body, DriveSpeed, Goal, Waypoint};
-use scenario::{ResolvedScenario, Scenario};
+use scenario::ResolvedScenario;
 
-const ROBOTS: &str =
-    "[[robots]]\nvehicle = \"rover\"\n[[robots]]\nvehicle = \"helicopter\"\nspeed_mps = 5.0\n";
+const ROBOTS: &str = "[[robots]]\nbody = \"driver\"\n[[robots]]\nbody = \"helicopter\"\nspeed_mps = 5.0\n";
 
 /// An ESRI ASCII grid of 6 x 4 cells of a metre, whose values `value` gives by column and row from the south-west.
 fn grid(dir: &Path, name: &str, west_m: f64, value: impl Fn(usize, usize) -> String) {
@@ -31,7 +30,7 @@ fn model(dir: &Path) {
 fn resolved(dir: &Path, mobility: &str, ends: &str) -> Result<ResolvedScenario, String> {
     let text = format!(
         "[truth.terrain.elevation_file]\nfile = \"dem.asc\"\n[truth.mobility]\n{mobility}\n\
-         [mission]\nkind = \"scout\"\n[brief]\nprofile = \"hopper\"\n{ends}\n{ROBOTS}"
+         [brief]\nprofile = \"hopper\"\n{ends}\n{ROBOTS}"
     );
     fs::write(dir.join("own.toml"), text).unwrap();
     let scenario =
@@ -93,87 +92,4 @@ fn speeds_certain_classes_and_a_given_truth_are_read() {
     let world = resolved(dir.path(), "class_file = \"class.asc\"", ENDS).unwrap();
     let speeds: Vec<_> = world.terrain.cells[..3].iter().map(|ground| ground.speed.unwrap()).collect();
     assert_eq!(speeds, [DriveSpeed::Fast, DriveSpeed::Medium, DriveSpeed::Medium], "rough outcrop is slower");
-}
-
-/// P-MOBILITY-REFUSED: Rasters of other cells, values out of range and probabilities that do not
-/// add up are refused by name.
-// Long: a row for each error.
-#[test]
-fn rasters_that_do_not_fit_and_probabilities_that_cannot_be_are_refused_by_name() {
-    let dir = tempfile::tempdir().unwrap();
-    model(dir.path());
-    grid(dir.path(), "half.asc", 1000.0, |_, _| "0.5".into());
-    grid(dir.path(), "elsewhere.asc", 1003.0, |_, _| "0.5".into());
-    grid(
-        dir.path(),
-        "holes.asc",
-        1000.0,
-        |column, _| if column == 1 { "-9999".into() } else { "0.5".into() },
-    );
-    fs::write(
-        dir.path().join("small.asc"),
-        "ncols 2\nnrows 1\nxllcorner 0\nyllcorner 0\ncellsize 1\n0.5 0.5\n",
-    )
-    .unwrap();
-    let speeds = "speeds = [0, 0, 0, 1]";
-    for (mobility, ends, needs) in [
-        ("", ENDS, vec!["truth.mobility: need exactly one of class_file, classes", "and speeds, got none"]),
-        ("classes = {}", ENDS, vec!["truth.mobility: need exactly one of", "at least one class", "got none"]),
-        (
-            "speeds = [0, 0, 0, 1]\nclass_file = \"half.asc\"",
-            ENDS,
-            vec!["exactly one", "got class_file and speeds"],
-        ),
-        ("classes = { scarp = true }", ENDS, vec!["need a number, or the name of a raster file in quotes"]),
-        ("classes = 3", ENDS, vec!["line 4", "integer `3`, expected a map"]),
-        (
-            "speeds = [0, 0, 0, \"half.asc\"]",
-            ENDS,
-            vec!["truth.mobility.speeds", "add up to 1", "got a sum of 0.5 in cell (0, 0)"],
-        ),
-        (
-            "classes = { smooth_regolith = 0.5 }",
-            ENDS,
-            vec![
-                "truth.mobility.classes: need probabilities that add up to 1 in each cell, got a sum of 0.5 in cell (0, 0)",
-            ],
-        ),
-        (
-            "classes = { regolith = 1.0 }",
-            ENDS,
-            vec![
-                "truth.mobility.classes: need names of terrain classes (smooth_regolith, ",
-                "scarp), got \"regolith\"",
-            ],
-        ),
-        ("classes = { scarp = 1.5 }", ENDS, vec!["truth.mobility.classes: need 0 to 1, got 1.5 for scarp"]),
-        (
-            "rock_abundance = 7.0\nspeeds = [0, 0, 0, 1]",
-            ENDS,
-            vec!["truth.mobility.rock_abundance", "0 to 1"],
-        ),
-        ("speeds = [0, 0, 0.5, \"small.asc\"]", ENDS, vec!["small.asc", "6 x 4 cells, got 2 x 1"]),
-        (
-            "speeds = [0, 0, 0.5, \"elsewhere.asc\"]",
-            ENDS,
-            vec!["elsewhere.asc", "(1000.5, 2000.5)", "(1003.5, 2000.5)"],
-        ),
-        ("speeds = [0, 0, 0.5, \"holes.asc\"]", ENDS, vec!["no value in cell (1, 0)", "holes.asc"]),
-        ("speeds = [0, 0, 0.5, \"none.asc\"]", ENDS, vec!["truth.mobility", "none.asc", "found none"]),
-        ("class_file = \"half.asc\"", ENDS, vec!["truth.mobility.class_file", "0 to 10", "0.5"]),
-        ("speeds = [0, 0, 0, 1]\ntrue_speed_file = \"half.asc\"", ENDS, vec!["0, 50, 150 or 200", "0.5"]),
-        (speeds, "goal = [1, 3]", vec!["brief.start", "a cell (x, y)"]),
-        (speeds, "start = [0, 0]\ngoal = [9, 9]", vec!["brief.goal", "on the map"]),
-        (speeds, "start = [0, 0]\ngoal = [2, 3]", vec!["brief.goal", "above 0"]),
-    ] {
-        let error = resolved(dir.path(), mobility, ends).unwrap_err();
-        for need in needs {
-            assert!(error.contains(need), "{mobility:?} needs {need:?}, got {error}");
-        }
-    }
-    let coarse = "[truth.terrain.obstacles]\nwidth_cells = 9\nheight_cells = 9\ncell_size_m = 2.0\npercent = 0\nseed = 1\n\
-                  [truth.mobility]\nspeeds = [0, 0, 0, 1]\n[mission]\nkind = \"scout\"\n[brief]\nprofile = \"hopper\"\n\
-                  start = [0, 0]\ngoal = [5, 5]\n";
-    let coarse = Scenario::parse(&format!("{coarse}{ROBOTS}"), "coarse").unwrap().resolve();
-    assert!(coarse.unwrap_err().to_string().contains("cells of 1 m"));
 }

@@ -1,118 +1,189 @@
 //! What is refused, and in which words.
 
+use std::path::Path;
+
 use contract::Cell;
 use proptest::prelude::*;
 use scenario::{BUILT_IN, Scenario};
+use serde::Deserialize;
 
-use crate::{HILLY, built_in, hilly, says};
+use crate::{Folder, HILLY, built_in};
 
-#[test]
-fn mistakes_in_the_text_are_told_with_line_and_column() {
-    for (from, to, line, words) in [
-        ("sigma_m = 1.0", "sigma = 1.0", "line 6, column 1", "unknown field `sigma`"),
-        ("start = [0, 0]", "start = [0]", "line 10, column 9", "length"),
-        (
-            "start = [0, 0]",
-            "start = [0, 0, 0]",
-            "line 10, column 9",
-            "length 3, expected an array of length 2",
-        ),
-        ("[brief]", "[journey]", "line 9, column 2", "unknown field `journey`"),
-        ("start = [0, 0]", "profile = \"paper\"", "line 10, column 11", "unknown variant `paper`"),
-        ("start = [0, 0]", "datum_m = \"lowest\"", "line 10, column 11", "need \"survey\", a number"),
-        ("start = [0, 0]", "start = [0, 0", "line 1", ""),
-        ("[truth.terrain.gaussians]", "[truth.terrain.sphere]", "line 2", "unknown variant `sphere`"),
-    ] {
-        let text = hilly(from, to).unwrap_err().to_string();
-        says(&text, &["hilly: TOML parse error at", words]);
-        assert!(text.contains(line) || line == "line 1", "{line} is missing in: {text}");
-    }
-    let two = HILLY.replace("[brief]", "[truth.terrain.elevation_file]\nfile = \"x\"\n[brief]");
-    says(&Scenario::parse(&two, "two").unwrap_err().to_string(), &["TOML parse error"]);
+/// A scenario, and what it is refused for with a few lines changed.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Base {
+    of: String,
+    toml: Option<String>,
+    built_in: Option<String>,
+    refused: Vec<Refused>,
 }
 
-#[test]
-fn values_out_of_range_are_refused_with_need_and_got() {
-    for (from, to, words) in [
-        ("sigma_m = 1.0", "sigma_m = 0", ["sigma_m", "above 0 m"]),
-        ("sigma_m = 1.0", "sigma_m = nan", ["sigma_m", "NaN"]),
-        ("amplitude_m = 0.2", "amplitude_m = inf", ["amplitude_m", "inf"]),
-        ("[[1, 1]]", "[[nan, 1]]", ["raised_m", "NaN"]),
-        ("cell_size_m = 0.5", "cell_size_m = -0.5", ["cell_size_m", "above 0 m"]),
-        ("cell_size_m = 0.5", "cell_size_m = 0.3", ["whole number of cells", "cell_size_m = 0.333"]),
-        ("width_cells = 10", "width_cells = 2000", ["1 to 1024 cells", "2000"]),
-        ("width_cells = 10", "width_cells = 0", ["1 to 1024 cells", "0 x 8"]),
-        ("[brief]", "[brief]\nname = \"two words\"", ["brief.name", "two words"]),
-        ("[brief]", "[brief]\ndatum_m = 1e9", ["brief.datum_m", "1000000000"]),
-        ("[brief]", "[brief]\npayoff = { discount = 1.0 }", ["brief.payoff.discount", "got 1"]),
-        ("[brief]", "[brief]\nweights = { safety = nan }", ["brief.weights.safety", "NaN"]),
-        ("[brief]", "[brief]\npriors = { safety = [1, 0] }", ["brief.priors.safety", "got 0"]),
-        ("[brief]", "[limits]\nsteps_max = 0\n[brief]", ["brief.steps_max", "got 0"]),
-        ("[brief]", "[limits]\ndecision_budget_ms = -1\n[brief]", ["limits.decision_budget_ms", "-1"]),
-        ("[brief]", "[guard]\nhazard_max = 1.5\n[brief]", ["guard.hazard_max", "1.5"]),
-        ("[brief]", "[guard]\ndeadline_s = 0\n[brief]", ["guard.deadline_s", "got 0"]),
-        (
-            "[brief]",
-            "[robot]\nslope_limit_deg = 95\n[brief]",
-            ["robot.slope_limit_deg: need 0.573 to 89.954 degrees", "got 95"],
-        ),
-        (
-            "[brief]",
-            "[robot]\nlaunch_angle_deg = 0\n[brief]",
-            ["robot.launch_angle_deg: need 0.573 to 89.381 degrees", "got 0"],
-        ),
-        ("[brief]", "[robot]\ngravity_mps2 = 0\n[brief]", ["gravity_mps2", "got 0"]),
-        ("[brief]", "[robot]\nhop_distance_m = nan\n[brief]", ["robot.hop_distance_m", "NaN"]),
-        ("[brief]", "[robot.sensor]\nradius_min_m = 0.2\n[brief]", ["robot.sensor.radius_min_m", "one hop"]),
-        ("[brief]", "[robot.sensor]\nradius_max_m = 0.2\n[brief]", ["sensor.radius_max_m", "0.2"]),
-        (
-            "[brief]",
-            "[robot.hard]\nintended = 0.9\nstuck = 0\nsideways = 0.2\nflights = 1\n[brief]",
-            ["robot.hard: need intended + stuck + 2 x sideways = 1", "1.3"],
-        ),
-        (
-            "[brief]",
-            "[robot.sand]\nintended = 0.8\nstuck = 0\nsideways = 0.1\nflights = 3\n[brief]",
-            ["motion.sand.flights", "got 3"],
-        ),
-        (
-            "[brief]",
-            "[truth.sand]\nrectangles = [{ x = [3, 1], y = [0, 1] }]\n[brief]",
-            ["rectangles", "[3, 1]"],
-        ),
-    ] {
-        let text = hilly(from, to).expect_err(to).to_string();
-        says(&text, &words);
-        assert_eq!(text.lines().count(), 1, "{text}");
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Refused {
+    old: Option<String>,
+    new: Option<String>,
+    add: Option<String>,
+    error: String,
+}
+
+#[derive(Deserialize)]
+struct Refusals {
+    base: Vec<Base>,
+}
+
+fn bases() -> Vec<Base> {
+    toml::from_str::<Refusals>(include_str!("refusals.toml")).unwrap().base
+}
+
+impl Base {
+    fn text(&self) -> &str {
+        match (&self.toml, &self.built_in) {
+            (Some(toml), None) => toml,
+            (None, Some(name)) => BUILT_IN.iter().find(|(known, _)| known == name).unwrap().1,
+            _ => panic!("{}: need toml or built_in", self.of),
+        }
     }
 }
 
+impl Refused {
+    fn change(&self, text: &str) -> String {
+        match (&self.old, &self.new, &self.add) {
+            (Some(old), Some(new), None) => {
+                assert!(text.contains(old), "{old:?} is not in the base");
+                text.replacen(old, new, 1)
+            }
+            (None, None, Some(add)) => format!("{text}{add}\n"),
+            _ => panic!("need old and new, or add, for {}", self.error),
+        }
+    }
+}
+
+/// The message of an error in a line: of a TOML error, the place and what is wrong.
+fn in_a_line(message: &str) -> String {
+    let lines: Vec<&str> = message.lines().collect();
+    match lines[..] {
+        [place, _, _, _, ref rest @ ..] => {
+            let place = place.split_once("TOML parse error at ").unwrap().1;
+            format!("{place}: {}", rest.join(" "))
+        }
+        _ => message.to_owned(),
+    }
+}
+
+/// Every scenario of `refusals.toml` is refused with one error, in these words.
+///
+/// P-SCOUT-SCENARIO: Every scenario of driver and helicopter that is impossible is refused with one error that names the reason.
+///
+/// P-MIXED-SCENARIO: Every impossible mission of robots of all kinds is refused with one error.
+///
+/// P-MOBILITY-REFUSED: Rasters of other cells, values out of range and probabilities that do not add up are refused by name.
+///
+/// P-STAGES-SCENARIO.
+///
+/// P-PATROL-SCENARIO.
+///
+/// P-GUARD-SCENARIO.
+///
+/// P-READINGS.
+///
+/// P-TREASURE-CELLS.
 #[test]
-fn a_value_too_many_is_refused_wherever_their_number_is_fixed() {
-    let ends = "[brief]\nstart = [0, 0]\ngoal = [8, 6]\n";
-    let hills = "[truth.terrain.random_hills]\nwidth_cells = 9\nheight_cells = 9\ncell_size_m = 1\nseed = 1\nhills = 1\n";
-    for (old, new) in [
-        ("start = [0, 0]", "start = [0, 0, 0]"),
-        ("goal = [8, 6]", "goal = [8, 6, 6]"),
-        ("[brief]", "[brief]\npriors = { safety = [-1, 0, 0] }"),
-        ("[brief]", "[mission]\ngoals = [[1, 1], [2, 2, 2]]\n[brief]"),
-        ("[brief]", "[[robots]]\nstart = [1, 1, 1]\n[brief]"),
-        ("[brief]", "[[robots]]\ngoal = [1, 1, 1]\n[brief]"),
-        ("[brief]", "[truth]\ntreasures = [[1, 1], [2, 2, 2]]\n[brief]"),
-        ("[brief]", "[truth.sand]\nrectangles = [{ x = [0, 1, 2], y = [0, 1] }]\n[brief]"),
-        ("[brief]", "[truth.sand]\nrectangles = [{ x = [0, 1], y = [0, 1, 2] }]\n[brief]"),
-        ("[brief]", "[truth.mobility]\nspeeds = [0, 0, 0, 1, 0]\n[brief]"),
-        ("[[1, 1]]", "[[1, 1], [2, 2, 2]]"),
-        ("[[1, 1]]", "[[1, 1]]\nlowered_m = [[2, 2, 2]]"),
-    ] {
-        let text = hilly(old, new).expect_err(new).to_string();
-        says(&text, &["TOML parse error at line"]);
-        assert!(text.contains("expected") || text.contains("need"), "{text}");
+fn what_cannot_be_is_refused_by_name() {
+    let folder = Folder::new();
+    write_layers(&folder);
+    let mut wrong = Vec::new();
+    for base in bases() {
+        let resolved = |text: &str| {
+            let mut scenario = Scenario::parse(text, "test")?;
+            scenario.folder = folder.0.path().into();
+            scenario.resolve()
+        };
+        if let Err(error) = resolved(base.text()) {
+            panic!("the base of {}: {error}", base.of);
+        }
+        for refused in &base.refused {
+            let got = match resolved(&refused.change(base.text())) {
+                Ok(_) => "nothing: it is accepted".into(),
+                Err(error) => in_a_line(&error.to_string()),
+            };
+            let got = got.replace(folder.0.path().canonicalize().unwrap().to_str().unwrap(), "FOLDER");
+            let is_right = match refused.error.strip_suffix(" ...") {
+                Some(beginning) => got.starts_with(beginning),
+                None => got == refused.error,
+            };
+            if !is_right {
+                let Refused { old, new, add, error } = refused;
+                let change = format!("{:?}", (old, new.as_ref().or(add.as_ref())));
+                wrong.push(format!("{}: {change}\n  need {error}\n   got {got}", base.of));
+            }
+        }
     }
-    for ranges in ["sigma_m = [1, 2, 3]\namplitude_m = [0, 1]", "sigma_m = [1, 2]\namplitude_m = [0, 1, 2]"] {
-        let error = Scenario::parse(&format!("{hills}{ranges}\n{ends}"), "hills").unwrap_err().to_string();
-        says(&error, &["invalid length 3, expected an array of length 2"]);
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+/// Rasters that rows of `refusals.toml` name.
+fn write_layers(folder: &Folder) {
+    let grid = |name: &str, west_m: u32, value: &dyn Fn(u32, u32) -> &'static str| {
+        let row = |y: u32| (0..6).map(|x| value(x, y)).collect::<Vec<_>>().join(" ");
+        let rows: Vec<String> = (0..4).rev().map(row).collect();
+        let head =
+            format!("ncols 6\nnrows 4\nxllcorner {west_m}\nyllcorner 2000\ncellsize 1\nNODATA_value -9999\n");
+        folder.write(name, &(head + &rows.join("\n") + "\n"));
+    };
+    let ramp = ["0", "0", "0", "0.5", "1", "1.5"];
+    grid("ramp.asc", 1000, &|x, y| if (x, y) == (2, 3) { "-9999" } else { ramp[x as usize] });
+    grid("half.asc", 1000, &|_, _| "0.5");
+    grid("elsewhere.asc", 1003, &|_, _| "0.5");
+    grid("holes.asc", 1000, &|x, _| if x == 1 { "-9999" } else { "0.5" });
+    folder.write("small.asc", "ncols 2\nnrows 1\nxllcorner 0\nyllcorner 0\ncellsize 1\n0.5 0.5\n");
+    folder.write("short.asc", "ncols 12\nnrows 9\n");
+}
+
+/// Texts that no row can bring about.
+const WITHOUT_A_ROW: [&str; 2] = ["a path that is UTF-8", "terrain that a rover's map can hold"];
+
+/// Each text in the sources of what is needed is in the message of some row.
+#[test]
+fn every_need_of_the_sources_is_told_by_a_row() {
+    let errors: Vec<String> =
+        bases().into_iter().flat_map(|base| base.refused).map(|refused| refused.error).collect();
+    let mut missing = Vec::new();
+    let src = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    for folder in [src.clone(), src.join("robots")] {
+        for file in std::fs::read_dir(folder).unwrap().map(|file| file.unwrap().path()) {
+            if file.extension().is_none_or(|extension| extension != "rs") {
+                continue;
+            }
+            let text = std::fs::read_to_string(&file).unwrap();
+            let text = text.split("#[cfg(test)]\nmod tests").next().unwrap();
+            for need in needs(text) {
+                let is_told = errors.iter().any(|error| error.contains(&need));
+                if !is_told && !WITHOUT_A_ROW.contains(&need.as_str()) {
+                    missing.push(format!("{}: {need}", file.file_name().unwrap().display()));
+                }
+            }
+        }
     }
+    assert!(missing.is_empty(), "no row of refusals.toml tells\n{}", missing.join("\n"));
+}
+
+/// What is needed, in words, by the calls that refuse values: string literals of several words in their arguments, or named `need`.
+fn needs(text: &str) -> Vec<String> {
+    let mut needs = Vec::new();
+    for call in ["refuse(", "in_range(", "need: ", "let need = ", "need) = ("] {
+        for (at, _) in text.match_indices(call) {
+            let end = text[at..].find(';').map_or(text.len(), |end| at + end);
+            let escaped = text[at..end].replace("\\\"", "\u{1}");
+            let literals = escaped.split('"').skip(1).step_by(2);
+            let needed = literals.filter(|words| words.contains(' ') && !words.contains(['{', '\\']));
+            needs.extend(needed.map(|words| words.replace('\u{1}', "\"")));
+        }
+    }
+    needs.sort();
+    needs.dedup();
+    needs
 }
 
 /// P-TREASURE-CELLS: Treasures lie where they can be collected, or the scenario is refused.
@@ -132,33 +203,6 @@ fn treasures_lie_where_they_can_be_collected() {
     };
     assert_ne!(at("[[12, 4]]").unwrap().hash, at("[[12, 5]]").unwrap().hash);
     assert_eq!(at("[[5, 4], [3, 4]]").unwrap().hash, at("[[3, 4], [5, 4]]").unwrap().hash);
-    let many = format!("{:?}", [[3, 3]; 17]);
-    for (cells, got) in [
-        ("[[20, 4]]", "(20, 4)"),
-        ("[[-1, 4]]", "(-1, 4)"),
-        ("[[1, 2]]", "other than start and goal"),
-        ("[[18, 18]]", "other than start and goal"),
-        ("[[3, 3], [4, 4], [3, 3]]", "(3, 3) twice"),
-        (&many, "got 17"),
-    ] {
-        says(&at(cells).unwrap_err().to_string(), &["truth.treasures", got]);
-    }
-}
-
-#[test]
-fn random_hills_out_of_bounds_are_refused() {
-    let text = |fields: &str| {
-        let terrain = format!(
-            "[truth.terrain.random_hills]\nwidth_cells = 9\nheight_cells = 9\ncell_size_m = 1\nseed = 1\n{fields}\n"
-        );
-        let scenario = format!("{terrain}[brief]\nstart = [0, 0]\ngoal = [8, 8]\n");
-        Scenario::parse(&scenario, "hills").unwrap().resolve().unwrap_err().to_string()
-    };
-    says(&text("hills = 1001\nsigma_m = [1, 2]\namplitude_m = [0, 1]"), &["at most 1000 hills", "1001"]);
-    says(&text("hills = 5\nsigma_m = [0, 2]\namplitude_m = [0, 1]"), &["sigma_m", "[0, 2]"]);
-    says(&text("hills = 5\nsigma_m = [1, 2]\namplitude_m = [2, 1]"), &["amplitude_m", "[2, 1]"]);
-    let near = "hills = 5\nsigma_m = [1, 2]\namplitude_m = [0, 1]\nreach_sigma = 2";
-    says(&text(near), &["reach_sigma", "at least 3", "got 2"]);
 }
 
 proptest! {

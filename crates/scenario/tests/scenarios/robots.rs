@@ -1,11 +1,12 @@
 //! Missions of several robots.
 
+use contract::Account;
 use scenario::{Scenario, ScenarioCheck, load};
 
 use crate::says;
 
-const ROVER: &str = "[[robots]]\nvehicle = \"rover\"\n";
-const HELICOPTER: &str = "[[robots]]\nvehicle = \"helicopter\"\n";
+const DRIVER: &str = "[[robots]]\nbody = \"driver\"\n";
+const HELICOPTER: &str = "[[robots]]\nbody = \"helicopter\"\n";
 
 #[test]
 fn a_check_tells_what_rovers_cover_and_what_they_are() {
@@ -14,78 +15,12 @@ fn a_check_tells_what_rovers_cover_and_what_they_are() {
     assert!(!told.contains("hops of") && !told.contains("payoff"), "{told}");
 }
 
-/// P-SCOUT-SCENARIO: Every scenario of rover and helicopter that is impossible is refused with one
-/// error that names the reason.
-/// P-STAGES-SCENARIO.
-#[test]
-fn missions_with_scouts_that_cannot_be_are_refused_by_name() {
-    let resolve = |terrain: &str, mission: &str, robots: &str| {
-        let text = format!("[truth.terrain.{terrain}\n[mission]\n{mission}\n[brief]\n{robots}");
-        Scenario::parse(&text, "scouts").unwrap().resolve().map(|world| world.planners.len())
-    };
-    let error = |terrain, mission, robots: &str| resolve(terrain, mission, robots).unwrap_err().to_string();
-    let passages = "passages]\nseed = 3";
-    let scout = "kind = \"scout\"";
-    assert_eq!(resolve(passages, scout, &[ROVER, HELICOPTER].concat()).unwrap(), 2);
-    assert_eq!(resolve(passages, scout, &[HELICOPTER, ROVER, HELICOPTER].concat()).unwrap(), 3);
-    let with = |field: &str| format!("{ROVER}{HELICOPTER}{field}\n");
-    let open = "obstacles]\nwidth_cells = 9\nheight_cells = 9\ncell_size_m = 1\npercent = 0\nseed = 1";
-    let cover = "kind = \"cover\"";
-    for (error, need) in [
-        (error(passages, scout, ""), "robots"),
-        (error(passages, scout, HELICOPTER), "one rover"),
-        (error(passages, scout, &ROVER.repeat(2)), "one rover"),
-        (error(passages, scout, &[ROVER, &HELICOPTER.repeat(16)].concat()), "1 to 16"),
-        (error(passages, scout, &with("start = [3, 4]")), "robots.start"),
-        (
-            error(passages, scout, &with("budget_m = -1")),
-            "robots.budget_m: need 0 to 1e6 m, got -1 for robot 1",
-        ),
-        (error(passages, scout, &with("view_radius_m = 0")), "got 0 for robot 1"),
-        (error(passages, scout, &with("speed_mps = 0")), "robots.speed_mps"),
-        (error(passages, scout, &with("accuracy = 1.01")), "got 1.01 for robot 1"),
-        (
-            error(passages, scout, &with(&format!("accuracy = 0.9\n{HELICOPTER}accuracy = 0.8"))),
-            "the same for all",
-        ),
-        (error(passages, scout, &format!("{ROVER}accuracy = 0.9\n{HELICOPTER}")), "vehicle = \"helicopter\""),
-        (error(passages, scout, &format!("{ROVER}budget_m = 9\n")), "vehicle = \"helicopter\""),
-        (error(passages, scout, &with("[[faults]]\nrobot = 2\naction = 1")), "faults"),
-        (error(passages, "kind = \"scout\"\nrover_samples = 0", ROVER), "mission.rover_samples"),
-        (error(passages, "kind = \"scout\"\nstages = 0", &with("")), "mission.stages: need 1 to 64, got 0"),
-        (error(passages, "kind = \"scout\"\nstages = 65", &with("")), "mission.stages: need 1 to 64, got 65"),
-        (error(passages, "kind = \"scout\"\nstages = 2", ROVER), "1 without a helicopter"),
-        (error(open, "kind = \"cover\"\nstages = 1", &format!("{ROVER}start = [0, 0]\n")), "scout"),
-        (error(passages, "kind = \"reach\"", "start = [0, 0]\ngoal = [9, 9]"), "mission.kind"),
-        (error(open, scout, ROVER), "mission.kind"),
-        (error(open, cover, &format!("{ROVER}start = [0, 0]\n{HELICOPTER}")), "robots.vehicle"),
-        (error(open, cover, ROVER), "robots.start"),
-        (
-            error(open, cover, &format!("{ROVER}start = [0, 0]\n{ROVER}start = [1, 0]\nspeed_mps = 9\n")),
-            "got 9 for robot 1",
-        ),
-        (
-            error(open, cover, &format!("{ROVER}start = [0, 0]\nsensor_range_cells = 0\n")),
-            "robots.sensor_range_cells: need 1 to 64, got 0 for robot 0",
-        ),
-        (error(open, cover, &format!("{ROVER}start = [0, 0]\nplanner = \"\"\n")), "for robot 0"),
-        (
-            error(open, "kind = \"cover\"\nhelicopter_samples = 5", &format!("{ROVER}start = [0, 0]\n")),
-            "scout",
-        ),
-    ] {
-        says(&error, &[need]);
-    }
-}
-
 /// P-SENSOR-DRAWN: A camera that errs is right as often as the scenario says; at accuracy 1 it is a
 /// camera without error.
 #[test]
 fn a_camera_that_errs_is_right_as_often_as_the_scenario_says() {
     let world = |accuracy: &str| {
-        let text = format!(
-            "[truth.terrain.passages]\nseed = 3\n[mission]\nkind = \"scout\"\n[brief]\n{ROVER}{HELICOPTER}{accuracy}\n"
-        );
+        let text = format!("[truth.terrain.passages]\nseed = 3\n[brief]\n{DRIVER}{HELICOPTER}{accuracy}\n");
         Scenario::parse(&text, "camera").unwrap().resolve().unwrap()
     };
     let (plain, right, erring) = (world(""), world("accuracy = 1.0"), world("accuracy = 0.8"));
@@ -108,7 +43,7 @@ fn a_camera_that_errs_is_right_as_often_as_the_scenario_says() {
 fn a_mission_has_the_stages_of_its_scenario_and_one_by_default() {
     let world = |stages: &str| {
         let text = format!(
-            "[truth.terrain.passages]\nseed = 3\n[mission]\nkind = \"scout\"\n{stages}\n[brief]\n{ROVER}{HELICOPTER}"
+            "[truth.terrain.passages]\nseed = 3\n[brief]\n{DRIVER}{HELICOPTER}[sampling]\n{stages}\n"
         );
         Scenario::parse(&text, "stages").unwrap().resolve().unwrap()
     };
@@ -131,4 +66,64 @@ fn a_mission_with_scouts_tells_planners_a_seed_that_is_not_the_worlds() {
     assert_eq!(world.terrain.prior.len(), world.terrain.cells.len());
     let again = Scenario::parse(&world.resolved, "again").unwrap().resolve().unwrap();
     assert_eq!((again.hash, again.brief, again.faults), (world.hash, world.brief, world.faults));
+}
+
+/// What a mission is follows from its robots.
+#[test]
+fn the_account_follows_from_the_robots() {
+    let ground = "[truth.terrain.obstacles]\nwidth_cells = 9\nheight_cells = 9\ncell_size_m = 1\npercent = 0\nseed = 1\n\
+                  [truth.mobility]\nspeeds = [0, 0, 0, 1]\n[brief]\n";
+    let robot = |body: &str, row: u32| {
+        format!("[[robots]]\nbody = \"{body}\"\nstart = [0, {row}]\ngoal = [8, {row}]\n")
+    };
+    let (hopper, driver) = (|row| robot("hopper", row), |row| robot("driver", row));
+    let rover = "[[robots]]\nbody = \"rover\"\nstart = [5, 5]\n";
+    let account = |robots: &[&str]| {
+        let text = format!("{ground}{}", robots.concat());
+        Scenario::parse(&text, "test").unwrap().account()
+    };
+    assert_eq!(account(&[]), Account::Hopper);
+    assert_eq!(account(&[&hopper(1)]), Account::Hopper);
+    assert_eq!(account(&[&hopper(1), HELICOPTER, HELICOPTER]), Account::Hopper);
+    assert_eq!(account(&[HELICOPTER, &hopper(1)]), Account::ActionsWithoutWaits);
+    assert_eq!(account(&[&driver(1)]), Account::Actions);
+    assert_eq!(account(&[HELICOPTER, &driver(1), HELICOPTER]), Account::Actions);
+    assert_eq!(account(&[&driver(1), &driver(2)]), Account::ActionsWithoutWaits);
+    assert_eq!(account(&[&driver(1), &hopper(2)]), Account::ActionsWithoutWaits);
+    assert_eq!(account(&[rover]), Account::ActionsWithoutWaits);
+    assert_eq!(account(&[rover, HELICOPTER]), Account::ActionsWithoutWaits);
+    let world = Scenario::parse(&format!("{ground}{rover}{}", driver(1)), "test").unwrap().resolve().unwrap();
+    assert_eq!(world.brief.account, Account::ActionsWithoutWaits);
+}
+
+/// A field at its default is left out of the canonical text, and so of the hash.
+#[test]
+fn robots_that_state_defaults_are_those_that_leave_them_out() {
+    let world = |robots: &str| {
+        let text = include_str!("../../../../scenarios/expedition.toml");
+        let head = text.split_once("[[robots]]").unwrap().0;
+        Scenario::parse(&format!("{head}{robots}"), "test").unwrap().resolve().unwrap()
+    };
+    let plain = world(
+        "[[robots]]\nbody = \"hopper\"\nstart = [60, 62]\ngoal = [140, 66]\n\
+         [[robots]]\nbody = \"driver\"\n\
+         [[robots]]\nbody = \"rover\"\nstart = [10, 100]\n\
+         [[robots]]\nbody = \"helicopter\"\n",
+    );
+    let stated = world(
+        "[[robots]]\nbody = \"hopper\"\nstart = [60, 62]\ngoal = [140, 66]\nheading = \"north\"\nrequired = true\n\
+         launch_angle_deg = 45.0\nhard = { intended = 0.9, stuck = 0.0, sideways = 0.05, flights = 1 }\n\
+         sand = { intended = 0.7, stuck = 0.1, sideways = 0.1, flights = 2 }\nsensor = { gain = 2.0, offset_m = 1.0 }\n\
+         planner = \"mdp\"\n\
+         [[robots]]\nbody = \"driver\"\nrequired = true\n\
+         [[robots]]\nbody = \"rover\"\nstart = [10, 100]\nheading = \"north\"\nspeed_mps = 1.0\nsensor_range_cells = 1\n\
+         goal = { cover = 100, mode = \"overlap\" }\n\
+         [[robots]]\nbody = \"helicopter\"\nspeed_mps = 1.0\nbudget_m = 300.0\naccuracy = 1.0\n\
+         [sampling]\nrover_samples = 1200\nhelicopter_samples = 600\nstages = 1\n",
+    );
+    assert_eq!(stated.hash, plain.hash);
+    assert_eq!(stated.resolved.replace("planner = \"mdp\"\n", ""), plain.resolved);
+    for left_out in ["heading", "required", "speed_mps", "\nbudget_m", "radius_m = 2", "mode", "sampling"] {
+        assert!(!plain.resolved.contains(left_out), "{left_out}: {}", plain.resolved);
+    }
 }

@@ -1,0 +1,367 @@
+//! Sections `[[robots]]` and `[[faults]]`: the robots of a mission, each a body with fields of its own.
+//!
+//! What a mission is follows from its robots: see [`Scenario::account`].
+
+mod driver;
+mod helicopter;
+mod hopper;
+mod read;
+mod rover;
+mod site;
+
+use contract::limits::{DESIGNS_MAX, ROBOTS_MAX};
+use contract::{Account, Cell, CoverMode, Direction, Goal, Grid, Name, Robot, RobotId};
+#[cfg(test)]
+use schemars::JsonSchema;
+use scout_world::Trip;
+use serde::{Deserialize, Serialize};
+use terrain::{Relief, Terrain};
+
+use crate::{Scenario, ScenarioError};
+
+pub use driver::DriverRules;
+pub use helicopter::HelicopterRules;
+pub(crate) use hopper::Design;
+pub use hopper::{HopperGoal, HopperRules, OwnSensor, Visits};
+pub(crate) use read::read;
+pub use rover::{CoverGoal, RoverRules};
+use site::Site;
+
+/// A robot that fails.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct Fault {
+    /// Number of the robot, from 0.
+    #[cfg_attr(test, schemars(with = "u16"))]
+    pub robot: RobotId,
+    /// Number of its action, from 1, that it no longer carries out. From then on it stands still.
+    pub action: u64,
+}
+
+/// A robot of a team, as written in a scenario: its body, and the fields that this body has.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(JsonSchema))]
+#[serde(tag = "body", rename_all = "snake_case")]
+pub enum RobotRules {
+    /// Hops from cell to cell.
+    Hopper(HopperRules),
+    /// Drives to one of four neighbouring cells at a time, and covers ground.
+    Rover(RoverRules),
+    /// Drives from point to point over ground of uncertain speed.
+    Driver(DriverRules),
+    /// Flies from point to point, and looks ahead for the others.
+    Helicopter(HelicopterRules),
+}
+
+impl RobotRules {
+    /// Every body, as written in a scenario.
+    pub const BODIES: [&'static str; 4] = ["hopper", "rover", "driver", "helicopter"];
+
+    /// Its body, as written in a scenario.
+    #[must_use]
+    pub fn body(&self) -> &'static str {
+        match self {
+            RobotRules::Hopper(_) => "hopper",
+            RobotRules::Rover(_) => "rover",
+            RobotRules::Driver(_) => "driver",
+            RobotRules::Helicopter(_) => "helicopter",
+        }
+    }
+
+    /// The planner that `hopper run` starts for it, unless told otherwise.
+    #[must_use]
+    pub fn planner(&self) -> Option<&str> {
+        match self {
+            RobotRules::Hopper(HopperRules { planner, .. })
+            | RobotRules::Rover(RoverRules { planner, .. })
+            | RobotRules::Driver(DriverRules { planner, .. })
+            | RobotRules::Helicopter(HelicopterRules { planner, .. }) => planner.as_deref(),
+        }
+    }
+
+    /// Forgets its planner, which changes no outcome by itself.
+    pub(crate) fn forget_planner(&mut self) {
+        match self {
+            RobotRules::Hopper(HopperRules { planner, .. })
+            | RobotRules::Rover(RoverRules { planner, .. })
+            | RobotRules::Driver(DriverRules { planner, .. })
+            | RobotRules::Helicopter(HelicopterRules { planner, .. }) => *planner = None,
+        }
+    }
+
+    fn is_helicopter(&self) -> bool {
+        matches!(self, RobotRules::Helicopter(_))
+    }
+}
+
+impl Scenario {
+    /// What states of the mission tell: of a hopper, where all others look ahead for it; of actions, where one robot drives and all
+    /// others look ahead for it; else of actions without those by which robots wait for each other.
+    #[must_use]
+    pub fn account(&self) -> Account {
+        let mut on_ground = self.robots.iter().filter(|rules| !rules.is_helicopter());
+        match (self.robots.first(), on_ground.next(), on_ground.next()) {
+            (None, ..) | (Some(RobotRules::Hopper(_)), Some(_), None) => Account::Hopper,
+            (Some(_), Some(RobotRules::Driver(_)), None) => Account::Actions,
+            _ => Account::ActionsWithoutWaits,
+        }
+    }
+
+    /// Whether a robot hops, so that the ground needs cells of which a hop spans a whole number.
+    pub(crate) fn has_hoppers(&self) -> bool {
+        let hops = |rules: &RobotRules| matches!(rules, RobotRules::Hopper(_));
+        self.robots.is_empty() || self.robots.iter().any(hops)
+    }
+
+    /// The robots on their terrain, checked: a hopper alone, or those of `[[robots]]`. `trip` is that of a driver, where the ground
+    /// has one of its own.
+    pub(crate) fn robots_on(
+        &mut self,
+        terrain: &Terrain,
+        relief: &Relief,
+        trip: Option<Trip>,
+    ) -> Result<Vec<Robot>, ScenarioError> {
+        self.check_ends(trip.is_some())?;
+        let site = Site {
+            terrain,
+            relief,
+            trip,
+            account: self.account(),
+            is_short: self.robots.is_empty(),
+            start: self.brief.start,
+            goal: self.brief.goal,
+            goals: self.brief.goals.clone(),
+            hops_max: self.brief.hops_max,
+            common: self.design(),
+        };
+        let robots = match self.robots.is_empty() {
+            true => vec![HopperRules::default().on(&site)?],
+            false => self.listed_on(&site)?,
+        };
+        check_distinct(&robots, &terrain.grid)?;
+        check_goals_are_open(&robots, &terrain.grid)?;
+        check_cover(&robots)?;
+        check_accuracies(&robots)?;
+        if !robots.iter().any(|robot| robot.required) {
+            return refuse("robots.required", "at least one robot that the mission needs", "none".into());
+        }
+        check_designs(&robots, &site.common)?;
+        self.check_faults()?;
+        Ok(robots)
+    }
+
+    /// The robots of `[[robots]]`: first those on the ground, then the helicopters, which may begin with them.
+    fn listed_on(&mut self, site: &Site<'_>) -> Result<Vec<Robot>, ScenarioError> {
+        let count = self.robots.len();
+        if count > ROBOTS_MAX {
+            return refuse("robots", "1 to 16 of them", count.to_string());
+        }
+        let mut robots: Vec<Option<Robot>> = vec![None; count];
+        for (number, rules) in self.robots.iter_mut().enumerate() {
+            let robot = match rules {
+                RobotRules::Hopper(rules) => rules.on(site),
+                RobotRules::Rover(rules) => rules.on(site),
+                RobotRules::Driver(rules) => rules.on(site),
+                RobotRules::Helicopter(_) => continue,
+            };
+            robots[number] = Some(robot.map_err(|error| error.of_robot(number))?);
+        }
+        let Some(first) = robots.iter().flatten().next().copied() else {
+            let need = "at least one robot that hops or drives: helicopters look ahead for others";
+            return refuse("robots.body", need, "helicopters alone".into());
+        };
+        let robot = |(number, (rules, robot)): (usize, (&RobotRules, Option<Robot>))| match (rules, robot) {
+            (RobotRules::Helicopter(rules), _) => {
+                rules.on(site, &first).map_err(|error| error.of_robot(number))
+            }
+            (_, robot) => Ok(robot.unwrap_or(first)),
+        };
+        self.robots.iter().zip(robots).enumerate().map(robot).collect()
+    }
+
+    /// Refuses `brief.start`, `brief.goal` and `brief.goals` where no robot takes them, and goals that are written twice.
+    fn check_ends(&self, has_trip: bool) -> Result<(), ScenarioError> {
+        let brief = &self.brief;
+        if brief.goal.is_some() && !brief.goals.is_empty() {
+            return refuse("brief.goals", "brief.goal, or brief.goals with all goals in turn", "both".into());
+        }
+        if brief.goals.is_empty() && brief.hops_max != Visits::HOPS_MAX {
+            return refuse("brief.hops_max", "brief.goals, the goals in turn", brief.hops_max.to_string());
+        }
+        let takes_start = |rules: &RobotRules| match rules {
+            RobotRules::Hopper(rules) => rules.start.is_none(),
+            RobotRules::Driver(rules) => rules.start.is_none() && !has_trip,
+            RobotRules::Rover(_) | RobotRules::Helicopter(_) => false,
+        };
+        let takes_goal = |rules: &RobotRules| match rules {
+            RobotRules::Hopper(rules) => rules.goal.is_none(),
+            RobotRules::Driver(rules) => rules.goal.is_none() && !has_trip,
+            RobotRules::Rover(_) | RobotRules::Helicopter(_) => false,
+        };
+        let is_short = self.robots.is_empty();
+        let given = |cell: Option<[i32; 2]>| cell.map(|[x, y]| format!("({x}, {y})"));
+        if let Some(got) = given(brief.start)
+            && !is_short
+            && !self.robots.iter().any(takes_start)
+        {
+            return refuse("brief.start", "none, since no robot takes its start from there", got);
+        }
+        let goals = (!brief.goals.is_empty()).then(|| format!("{:?}", brief.goals));
+        if let Some(got) = given(brief.goal).or(goals)
+            && !is_short
+            && !self.robots.iter().any(takes_goal)
+        {
+            let field = if brief.goal.is_some() { "brief.goal" } else { "brief.goals" };
+            return refuse(field, "none, since no robot takes its goal from there", got);
+        }
+        Ok(())
+    }
+
+    fn check_faults(&self) -> Result<(), ScenarioError> {
+        let Self { robots, faults, .. } = self;
+        if !faults.is_empty() && robots.len() <= 1 && self.account() == Account::Hopper {
+            return refuse("faults", "several robots, of which some may fail", "a hopper alone".into());
+        }
+        for (number, fault) in faults.iter().enumerate() {
+            let known = usize::from(fault.robot.0) < robots.len();
+            let again = faults[..number].iter().any(|other| other.robot == fault.robot);
+            if !known || again || fault.action == 0 {
+                let got = format!("robot {}, action {}", fault.robot, fault.action);
+                return refuse("faults", "a robot of the mission, each once, and an action from 1", got);
+            }
+        }
+        Ok(())
+    }
+
+    /// The planners that robots name, in the order of their numbers.
+    ///
+    /// # Errors
+    /// [`ScenarioError::Planner`] if one cannot be a planner's name.
+    pub fn planners(&self) -> Result<Vec<Option<Name>>, ScenarioError> {
+        let name = |(robot, rules): (usize, &RobotRules)| {
+            let name = rules.planner().map(str::parse).transpose();
+            name.map_err(|error| ScenarioError::Planner { robot, error })
+        };
+        self.robots.iter().enumerate().map(name).collect()
+    }
+}
+
+/// Refuses a cell on which two robots on the ground begin, or which is the goal of two.
+fn check_distinct(robots: &[Robot], grid: &Grid) -> Result<(), ScenarioError> {
+    let start = |robot: &Robot| robot.body.is_on_ground().then_some(robot.start.cell);
+    let goal = |robot: &Robot| robot.goal.cell(grid, 0);
+    let cells: [(&'static str, Vec<Option<Cell>>); 2] = [
+        ("robots.start", robots.iter().map(start).collect()),
+        ("robots.goal", robots.iter().map(goal).collect()),
+    ];
+    for (field, cells) in cells {
+        for (number, cell) in cells.iter().enumerate() {
+            let Some(cell) = cell else { continue };
+            if let Some(other) = cells[..number].iter().position(|other| *other == Some(*cell)) {
+                let got = format!("{cell} of robot {number} and robot {other}");
+                return refuse(field, "a cell of its own for each robot on the ground", got);
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Refuses a rover that begins on the goal of a hopper and may never leave it: one that covers ground, or one whose own goal is so
+/// near that it is done there.
+fn check_goals_are_open(robots: &[Robot], grid: &Grid) -> Result<(), ScenarioError> {
+    for (number, robot) in robots.iter().enumerate() {
+        let is_goal = |other: &Robot| other.body.hops() && other.goal.cell(grid, 0) == Some(robot.start.cell);
+        let stays = match robot.goal {
+            Goal::Cover(_) => true,
+            Goal::Reach(goal) => robot.body.drives() && robot.start_at.distance_m(goal.at) <= goal.radius_m,
+            Goal::Visit(_) | Goal::LookAhead(_) => false,
+        };
+        if stays && let Some(hopper) = robots.iter().position(is_goal) {
+            let need =
+                "another cell than the goal of a hopper, for a rover that covers ground or is at its goal";
+            let got = format!("{} of robot {number}, the goal of robot {hopper}", robot.start.cell);
+            return refuse("robots.start", need, got);
+        }
+    }
+    Ok(())
+}
+
+/// Refuses rovers that cover different shares, or in different modes, and regions of their own among robots of other bodies.
+fn check_cover(robots: &[Robot]) -> Result<(), ScenarioError> {
+    let mut covers = robots.iter().enumerate().filter_map(|(number, robot)| match robot.goal {
+        Goal::Cover(cover) => Some((number, cover)),
+        Goal::Reach(_) | Goal::Visit(_) | Goal::LookAhead(_) => None,
+    });
+    let Some((first, cover)) = covers.next() else { return Ok(()) };
+    if let Some((other, another)) = covers.find(|(_, another)| *another != cover) {
+        let [one, another] = [cover, another].map(rover::in_words);
+        let got = format!("{one} of robot {first} and {another} of robot {other}");
+        return refuse("robots.goal", "the same for all rovers", got);
+    }
+    let is_rover = |robot: &Robot| matches!(robot.goal, Goal::Cover(_));
+    match robots.iter().position(|robot| !is_rover(robot)) {
+        Some(other) if cover.mode == CoverMode::Voronoi => refuse(
+            "robots.goal.mode",
+            "overlap, unless all robots are rovers: a region would stay uncovered for good where its rover, or the way to it, is lost",
+            format!("voronoi of robot {first} beside robot {other}"),
+        ),
+        Some(_) | None => Ok(()),
+    }
+}
+
+/// Refuses cameras that err differently: the readings of the ground are drawn once.
+fn check_accuracies(robots: &[Robot]) -> Result<(), ScenarioError> {
+    let mut accuracies = robots.iter().filter_map(|robot| robot.sensor.accuracy());
+    if let Some(first) = accuracies.next()
+        && let Some(other) = accuracies.find(|other| *other != first)
+    {
+        return refuse(
+            "robots.accuracy",
+            "the same for all helicopters that err",
+            format!("{first} and {other}"),
+        );
+    }
+    Ok(())
+}
+
+fn check_designs(robots: &[Robot], common: &Design) -> Result<(), ScenarioError> {
+    let mut designs = vec![(&common.motion, &common.sensor)];
+    for design in robots.iter().filter_map(Robot::as_hopper) {
+        if !designs.contains(&design) {
+            designs.push(design);
+        }
+    }
+    if designs.len() > 1 + DESIGNS_MAX {
+        return refuse("robots", "hoppers of at most 4 designs beside that of [robot]", "more".into());
+    }
+    Ok(())
+}
+
+pub(crate) fn refuse<T>(field: &'static str, need: &'static str, got: String) -> Result<T, ScenarioError> {
+    Err(ScenarioError::Value { field, need, got })
+}
+
+fn north() -> Direction {
+    Direction::North
+}
+
+fn is_north(heading: &Direction) -> bool {
+    *heading == Direction::North
+}
+
+fn yes() -> bool {
+    true
+}
+
+fn is_yes(flag: &bool) -> bool {
+    *flag
+}
+
+fn one_metre() -> f64 {
+    1.0
+}
+
+fn is_one_metre(value: &f64) -> bool {
+    *value == one_metre()
+}

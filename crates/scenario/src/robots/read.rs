@@ -1,0 +1,59 @@
+//! Reading of `[[robots]]`: first the body of each, then the fields that this body has.
+//!
+//! An enum that is read at once by its tag forgets where its fields stand in the text; this way a field that is unknown or wrong is
+//! named with its line.
+
+use serde::Deserialize;
+use toml::Spanned;
+use toml::de::{DeValue, Error, ValueDeserializer};
+
+use super::{DriverRules, HelicopterRules, HopperRules, RobotRules, RoverRules};
+
+/// The body of a robot, whatever else it has.
+#[derive(Deserialize)]
+struct Named {
+    body: Body,
+}
+
+#[derive(Clone, Copy, Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum Body {
+    Hopper,
+    Rover,
+    Driver,
+    Helicopter,
+}
+
+/// The robots of a list of tables.
+///
+/// # Errors
+/// The first error, with the place in the text, and the body by which the robot was read.
+pub(crate) fn read(robots: Spanned<DeValue<'_>>) -> Result<Vec<RobotRules>, (Error, Option<String>)> {
+    let named = Vec::<Named>::deserialize(ValueDeserializer::from(robots.clone()));
+    let named = named.map_err(|error| (error, None))?;
+    let DeValue::Array(tables) = robots.into_inner() else { return Ok(Vec::new()) };
+    let read = |(number, (table, Named { body })): (usize, (Spanned<DeValue<'_>>, Named))| {
+        let (fields, name) = match body {
+            Body::Hopper => (of(table, HopperRules::deserialize, RobotRules::Hopper), "hopper"),
+            Body::Rover => (of(table, RoverRules::deserialize, RobotRules::Rover), "rover"),
+            Body::Driver => (of(table, DriverRules::deserialize, RobotRules::Driver), "driver"),
+            Body::Helicopter => {
+                (of(table, HelicopterRules::deserialize, RobotRules::Helicopter), "helicopter")
+            }
+        };
+        fields.map_err(|error| (error, Some(format!("for robot {number}, a {name}"))))
+    };
+    tables.into_iter().zip(named).enumerate().map(read).collect()
+}
+
+/// A robot of a table without its body.
+fn of<'i, T>(
+    mut table: Spanned<DeValue<'i>>,
+    fields: impl FnOnce(ValueDeserializer<'i>) -> Result<T, Error>,
+    robot: impl FnOnce(T) -> RobotRules,
+) -> Result<RobotRules, Error> {
+    if let DeValue::Table(fields) = table.get_mut() {
+        fields.remove("body");
+    }
+    fields(ValueDeserializer::from(table)).map(robot)
+}
