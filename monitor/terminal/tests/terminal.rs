@@ -16,7 +16,8 @@ use mission::{Step, brief, driver, ground, helicopter, name, policy, records, wi
 use monitor::{Event, History, Input, Watcher};
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
-use terminal::{Layer, ViewSettings, draw};
+use report::Layer;
+use terminal::{ViewSettings, draw};
 
 const ROBOT: RobotId = RobotId(0);
 const SIDE: u32 = 16;
@@ -239,7 +240,7 @@ fn a_key_goes_through_the_layers_of_uncertain_ground() {
     let brief = *history.brief().unwrap();
     let mut titles = Vec::new();
     for _ in 0..5 {
-        titles.push(settings.layer(&brief).title());
+        titles.push(settings.layer(&brief).definition().title);
         let text = picture(&history, &settings, 80, 24).to_string();
         assert!(text.contains(titles[titles.len() - 1]), "{text}");
         settings.next_layer(&brief);
@@ -265,9 +266,9 @@ fn a_hopper_alone_has_one_layer_and_no_key_for_more() {
     let history = account();
     let brief = *history.brief().unwrap();
     let mut settings = ViewSettings { layer: Some(Layer::Spread), ..ViewSettings::default() };
-    assert_eq!(settings.layer(&brief), Layer::Ground);
+    assert_eq!(settings.layer(&brief), Layer::Heights);
     settings.next_layer(&brief);
-    assert_eq!(settings.layer(&brief), Layer::Ground);
+    assert_eq!(settings.layer(&brief), Layer::Heights);
     assert!(!picture(&history, &settings, 80, 24).to_string().contains("m layer"));
 }
 
