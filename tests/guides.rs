@@ -168,8 +168,7 @@ fn unoptimised(manifest: &str) -> String {
 
 /// P-GUIDES: A message, a planner and a layer of the map that are added by the guides of
 /// ARCHITECTURE.md, in the files they name and no others, work: the message has port, memory budget,
-/// simulation and recording, the planner flies, and page, terminal, picture and recording show the
-/// layer.
+/// simulation and recording, the planner flies, and page, picture and recording show the layer.
 #[test]
 fn what_is_added_by_the_guides_works() {
     // Its own target folder would compile all dependencies again.
@@ -212,6 +211,7 @@ fn what_is_added_by_the_guides_works() {
         ("simulated ", check::simulated(), "battery"),
         ("recorded as JSON ", check::recorded_as_json(), "hop/r0/battery"),
         ("map layers ", check::layers(), "quality"),
+        ("layers in the picture ", check::layers_in_the_picture(), "quality"),
         ("layers on the page ", check::layers_on_the_page(), "quality"),
         ("layers recorded ", check::layers_recorded(), "view/quality"),
     ] {

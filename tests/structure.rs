@@ -184,9 +184,8 @@ fn campaign_knows_no_paper() {
     assert_eq!(papers.collect::<Vec<_>>(), ["p19", "p21", "p22", "p23"]);
 }
 
-/// P-LAYERS.
-///
-/// Page, terminal, pictures and recordings go through the list of layers.
+/// P-LAYERS: Page, terminal, pictures and recordings go through one list of map layers and name no
+/// layer; each has a name of its own.
 #[test]
 fn no_display_names_a_layer() {
     for folder in ["monitor", "crates/report/src/picture", "crates/recording/src", "crates/browser", "src"] {

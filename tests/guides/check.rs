@@ -8,7 +8,7 @@
 )]
 
 use contract::message::Visitor;
-use contract::{Brief, Message, MonotonicNs, Request, RobotId, RunId};
+use contract::{Brief, Message, MonotonicNs, ObservedMap, Request, RobotId, RunId, Status};
 use hopper_sim::Mission;
 use lockstep::PlannerSchedule;
 
@@ -64,6 +64,27 @@ pub fn layers() -> Vec<String> {
     report::Layer::of(&brief).iter().map(|layer| layer.definition().name.to_owned()).collect()
 }
 
+/// Layers whose scales a picture of such a mission has.
+pub fn layers_in_the_picture() -> Vec<String> {
+    let brief = scenario::load("hard").unwrap().resolve().unwrap().brief;
+    let picture = report::Picture {
+        brief: &brief,
+        terrain: &[],
+        treasures: &[],
+        map: &ObservedMap::unseen(brief.run, RobotId(0), brief.grid),
+        policy: None,
+        route: &[],
+        outcome: Status::Underway.into(),
+        sensing_radius_m: None,
+        speeds: &[],
+        announced: &[],
+    };
+    let drawn = picture.svg().unwrap();
+    let layers = report::Layer::of(&brief).into_iter().map(report::Layer::definition);
+    let is_drawn = |layer: &&report::layers::Definition| drawn.contains(layer.quantity);
+    layers.filter(is_drawn).map(|layer| layer.name.to_owned()).collect()
+}
+
 /// Layers that the page is told of such a mission.
 pub fn layers_on_the_page() -> Vec<String> {
     let brief = Brief { run: RunId(1), ..scenario::load("hard").unwrap().resolve().unwrap().brief };
@@ -102,6 +123,7 @@ pub fn main() {
     println!("simulated {}", simulated().join(" "));
     println!("recorded as JSON {}", recorded_as_json().join(" "));
     println!("map layers {}", layers().join(" "));
+    println!("layers in the picture {}", layers_in_the_picture().join(" "));
     println!("layers on the page {}", layers_on_the_page().join(" "));
     println!("layers recorded {}", layers_recorded().join(" "));
     println!("flown {}", flown("beeline").unwrap_or_else(|why| why));

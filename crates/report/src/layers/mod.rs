@@ -189,8 +189,7 @@ mod tests {
 
     use super::*;
 
-    /// P-LAYERS: Each map layer has a name of its own that a topic can have, words, and a scale that
-    /// begins at 0.
+    /// P-LAYERS.
     #[test]
     fn every_layer_has_a_name_of_its_own_words_and_a_scale() {
         let names: BTreeSet<&str> = Layer::ALL.iter().map(|layer| layer.definition().name).collect();
