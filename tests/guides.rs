@@ -1,4 +1,5 @@
-//! The guides of ARCHITECTURE.md, followed on an example: a message and a planner are added to a copy of the tree.
+//! The guides of ARCHITECTURE.md, followed on an example: a message, a planner and a layer of the map are added to a copy of the
+//! tree.
 
 #[path = "guides/check.rs"]
 #[allow(dead_code, reason = "its main runs in the copy")]
@@ -36,14 +37,42 @@ fn named(guide: &str) -> BTreeSet<String> {
     section.lines().filter(|line| line.starts_with(|c: char| c.is_ascii_digit())).filter_map(file).collect()
 }
 
+/// Each guide with the patch of its example, and how many files it takes.
+const GUIDES: [(&str, &str, usize); 3] = [
+    ("Add a message", "add-a-message", 4),
+    ("Add a planner", "add-a-planner", 3),
+    ("Add a layer", "add-a-layer", 2),
+];
+
 /// P-GUIDES.
 #[test]
 fn each_guide_names_every_file_that_its_example_touches() {
-    for (guide, patch) in [("Add a message", "add-a-message"), ("Add a planner", "add-a-planner")] {
+    for (guide, patch, files) in GUIDES {
         let touched = touched(patch);
-        assert!(touched.len() <= 4, "{guide} takes {} files: {touched:?}", touched.len());
+        assert_eq!(touched.len(), files, "files that {guide} takes: {touched:?}");
         assert_eq!(named(guide), touched, "files of {guide}, and of its example");
     }
+    let mut patches: Vec<String> = Vec::new();
+    for entry in std::fs::read_dir(root().join("tests/guides")).unwrap() {
+        let path = entry.unwrap().path();
+        if path.extension().is_some_and(|extension| extension == "patch") {
+            patches.push(path.file_stem().unwrap().to_string_lossy().into_owned());
+        }
+    }
+    patches.sort();
+    let mut known: Vec<&str> = GUIDES.iter().map(|(_, patch, _)| *patch).collect();
+    known.sort_unstable();
+    assert_eq!(patches, known, "each patch belongs to a guide");
+}
+
+/// A layer is a file and a line: its example adds one line to the list, and names no display.
+#[test]
+fn a_layer_is_one_file_and_one_line() {
+    let patch = read("tests/guides/add-a-layer.patch");
+    let list = patch.split("diff --git ").find(|file| file.contains("+++ b/crates/report/src/layers/mod.rs"));
+    let lines = list.unwrap().lines().filter(|line| !line.starts_with("+++") && !line.starts_with("---"));
+    let changed: Vec<&str> = lines.filter(|line| line.starts_with(['+', '-'])).collect();
+    assert_eq!(changed, ["+    quality => Quality,"]);
 }
 
 /// The tracked files below `folders`, copied to `copy`. A file keeps its time if it has not changed, so that Cargo
@@ -113,7 +142,9 @@ edition.workspace = true
 contract.workspace = true
 hopper-sim.workspace = true
 lockstep.workspace = true
+monitor.workspace = true
 node.workspace = true
+report.workspace = true
 recording.workspace = true
 scenario.workspace = true
 simulation.workspace = true
@@ -135,18 +166,18 @@ fn unoptimised(manifest: &str) -> String {
     kept.replacen(section, &(section.to_owned() + &lines), 1)
 }
 
-/// P-GUIDES: A message and a planner that are added by the guides of ARCHITECTURE.md, in the files
-/// they name and no others, work: port, memory budget, simulation, recording; and the planner
-/// flies.
+/// P-GUIDES: A message, a planner and a layer of the map that are added by the guides of
+/// ARCHITECTURE.md, in the files they name and no others, work: the message has port, memory budget,
+/// simulation and recording, the planner flies, and page, picture and recording show the layer.
 #[test]
-fn a_message_and_a_planner_added_by_the_guides_work() {
+fn what_is_added_by_the_guides_works() {
     // Its own target folder would compile all dependencies again.
     let test = std::env::current_exe().unwrap();
     let profile = test.ancestors().nth(2).unwrap();
     let target = profile.parent().unwrap();
     let copy = target.join("guides");
     copy_tree(&copy);
-    for patch in ["add-a-message", "add-a-planner"] {
+    for (_, patch, _) in GUIDES {
         // New files may be left from the last run.
         for file in touched(patch).iter().filter(|file| !root().join(file).exists()) {
             let _ = std::fs::remove_file(copy.join(file));
@@ -179,6 +210,10 @@ fn a_message_and_a_planner_added_by_the_guides_work() {
         ("budgeted ", check::budgeted(), "hop/r0/battery"),
         ("simulated ", check::simulated(), "battery"),
         ("recorded as JSON ", check::recorded_as_json(), "hop/r0/battery"),
+        ("map layers ", check::layers(), "quality"),
+        ("layers in the picture ", check::layers_in_the_picture(), "quality"),
+        ("layers on the page ", check::layers_on_the_page(), "quality"),
+        ("layers recorded ", check::layers_recorded(), "view/quality"),
     ] {
         let mut expected: BTreeSet<String> = without.into_iter().collect();
         assert!(expected.insert(name.into()), "{what}{name} in the tree itself");

@@ -75,10 +75,7 @@ fn every_topic_is_echoed_typed_one_object_a_line() {
     let mission = Mission::new("echo");
     let processes = underway(&mission);
     for (name, fields) in [
-        (
-            "brief",
-            &["run", "scenario", "profile", "grid", "weights", "account", "robots"][..],
-        ),
+        ("brief", &["run", "scenario", "profile", "grid", "weights", "account", "robots"][..]),
         ("truth", &["run", "grid", "cell_count"]),
         (
             "state",

@@ -17,7 +17,7 @@ use monitor::web::{HISTORIES_MAX, POLICIES_MAX, Page};
 use monitor::{History, Input, Watcher};
 use perception::{Cartographer, Event};
 use scenario::{ResolvedScenario, Scenario};
-use serde_json::Value;
+use serde_json::{Value, json};
 
 const ROBOT: RobotId = RobotId(0);
 
@@ -498,11 +498,16 @@ fn the_page_draws_in_the_colours_of_the_pictures() {
     ] {
         assert!(palette.contains(&format!("export const {name} = \"{colour}\";")), "{name} {colour}");
     }
-    let numbers = |colours: &[[u8; 3]]| {
-        colours.iter().map(|[r, g, b]| format!("[{r}, {g}, {b}]")).collect::<Vec<_>>().join(", ")
-    };
-    for (name, colours) in [("SPEEDS", &colour::SPEEDS[..]), ("SPREADS", &colour::SPREADS[..])] {
-        assert!(palette.contains(&format!("export const {name} = [{}];", numbers(colours))), "{name}");
+    // The colours of layers with a scale are told with the mission.
+    let world = scenario::load("rover-helicopter").unwrap().resolve().unwrap();
+    let mut history = History::new(ROBOT);
+    history.on(Input::Brief(&world.brief), MonotonicNs(0));
+    let frames = drain(&history, &mut Cursor::default());
+    let mission: Value = serde_json::from_str(&frames[0].data).unwrap();
+    for (name, colours) in [("speed", json!(colour::SPEEDS)), ("spread", json!(colour::SPREADS))] {
+        let layers = mission["layers"].as_array().unwrap();
+        let layer = layers.iter().find(|layer| layer["name"] == name).unwrap();
+        assert_eq!(layer["ramp"], colours, "{name}");
     }
     let robots: Vec<String> = (0..8).map(|number| format!("\"{}\"", colour::robot(number))).collect();
     let map = read("map.js");

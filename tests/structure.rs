@@ -184,6 +184,25 @@ fn campaign_knows_no_paper() {
     assert_eq!(papers.collect::<Vec<_>>(), ["p19", "p21", "p22", "p23"]);
 }
 
+/// P-LAYERS: Page, terminal, pictures and recordings go through one list of map layers and name no
+/// layer; each has a name of its own.
+#[test]
+fn no_display_names_a_layer() {
+    for folder in ["monitor", "crates/report/src/picture", "crates/recording/src", "crates/browser", "src"] {
+        for file in sources(folder) {
+            if file.components().any(|part| part.as_os_str() == "tests") {
+                continue;
+            }
+            let code = code(&file);
+            let code = code.split("#[cfg(test)]").next().unwrap();
+            for layer in report::Layer::ALL {
+                let name = format!("Layer::{layer:?}");
+                assert!(!code.contains(&name), "{} names {name}", file.display());
+            }
+        }
+    }
+}
+
 #[test]
 fn perception_and_hopper_sim_never_depend_on_each_other_or_on_the_planner() {
     for (package, strangers) in [

@@ -4,7 +4,7 @@ use contract::{Account, Brief, Leg, ObservedMap, PolicyCell, Record, Route, Stat
 use planner::{Budget, Situation};
 use report::Picture;
 use scenario::ResolvedScenario;
-use speed_layer::SpeedLayer;
+use speed_layer::{SpeedEstimate, SpeedLayer};
 
 use super::sensed::Sensed;
 
@@ -97,7 +97,7 @@ fn speeds(world: &ResolvedScenario, brief: &Brief, map: &ObservedMap) -> Vec<[f6
     let layer = SpeedLayer::of_speeds(world.terrain.prior.iter(), &brief.robots);
     let seen = map.cells().iter().enumerate();
     let estimates = seen.filter_map(|(index, seen)| layer.estimate_seen(index, seen.as_ref()));
-    estimates.map(|estimate| [estimate.mean_m_per_sol, estimate.sd_m_per_sol]).collect()
+    estimates.map(SpeedEstimate::mean_and_sd_m_per_sol).collect()
 }
 
 fn policy(brief: &Brief, map: &ObservedMap, mut state: State, planner: &str) -> Option<Vec<PolicyCell>> {

@@ -1,5 +1,5 @@
-//! What a message and a planner that were added by the guides of ARCHITECTURE.md must be able to do. `tests/guides.rs`
-//! compiles this against a copy of the tree with both added.
+//! What a message, a planner and a layer that were added by the guides of ARCHITECTURE.md must be able to do. `tests/guides.rs`
+//! compiles this against a copy of the tree with all of them added.
 
 #![allow(
     clippy::unwrap_used,
@@ -8,7 +8,7 @@
 )]
 
 use contract::message::Visitor;
-use contract::{Brief, Message, MonotonicNs, Request, RobotId, RunId};
+use contract::{Brief, Message, MonotonicNs, ObservedMap, Request, RobotId, RunId, Status};
 use hopper_sim::Mission;
 use lockstep::PlannerSchedule;
 
@@ -58,6 +58,50 @@ pub fn recorded_as_json() -> Vec<String> {
     names.0
 }
 
+/// Layers of the map that a mission of a hopper has.
+pub fn layers() -> Vec<String> {
+    let brief = scenario::load("hard").unwrap().resolve().unwrap().brief;
+    report::Layer::of(&brief).iter().map(|layer| layer.definition().name.to_owned()).collect()
+}
+
+/// Layers whose scales a picture of such a mission has.
+pub fn layers_in_the_picture() -> Vec<String> {
+    let brief = scenario::load("hard").unwrap().resolve().unwrap().brief;
+    let picture = report::Picture {
+        brief: &brief,
+        terrain: &[],
+        treasures: &[],
+        map: &ObservedMap::unseen(brief.run, RobotId(0), brief.grid),
+        policy: None,
+        route: &[],
+        outcome: Status::Underway.into(),
+        sensing_radius_m: None,
+        speeds: &[],
+        announced: &[],
+    };
+    let drawn = picture.svg().unwrap();
+    let layers = report::Layer::of(&brief).into_iter().map(report::Layer::definition);
+    let is_drawn = |layer: &&report::layers::Definition| drawn.contains(layer.quantity);
+    layers.filter(is_drawn).map(|layer| layer.name.to_owned()).collect()
+}
+
+/// Layers that the page is told of such a mission.
+pub fn layers_on_the_page() -> Vec<String> {
+    let brief = Brief { run: RunId(1), ..scenario::load("hard").unwrap().resolve().unwrap().brief };
+    let mut history = monitor::History::new(RobotId(0));
+    history.on(monitor::Input::Brief(&brief), MonotonicNs(0));
+    let frame = history.next(&mut monitor::history::Cursor::default(), MonotonicNs(0)).unwrap();
+    let names = frame.data.split("\"name\":\"").skip(1);
+    names.map(|rest| rest.split('"').next().unwrap().to_owned()).collect()
+}
+
+/// Topics of recordings that show layers.
+pub fn layers_recorded() -> Vec<String> {
+    let channels = recording::Channel::ALL.iter();
+    let layers = channels.filter(|channel| matches!(channel, recording::Channel::ViewLayer(_)));
+    layers.map(|channel| channel.name()).collect()
+}
+
 /// How `planner` ends on the scenario `hard` in lockstep, or why it cannot fly.
 pub fn flown(planner: &str) -> Result<String, String> {
     let world = scenario::load("hard").unwrap().resolve().unwrap();
@@ -78,5 +122,9 @@ pub fn main() {
     println!("budgeted {}", budgeted().join(" "));
     println!("simulated {}", simulated().join(" "));
     println!("recorded as JSON {}", recorded_as_json().join(" "));
+    println!("map layers {}", layers().join(" "));
+    println!("layers in the picture {}", layers_in_the_picture().join(" "));
+    println!("layers on the page {}", layers_on_the_page().join(" "));
+    println!("layers recorded {}", layers_recorded().join(" "));
     println!("flown {}", flown("beeline").unwrap_or_else(|why| why));
 }

@@ -5,6 +5,9 @@ use contract::{
     Brief, Command, Control, Heartbeat, MapPatch, MapRequest, Pacing, PastRequest, Policy, RobotId, State,
 };
 
+use report::Layer;
+use report::layers::Look;
+
 use crate::proto;
 
 /// Number of the first robot: what is not a robot's own goes by its name.
@@ -38,8 +41,6 @@ pub enum Channel {
     Host,
     /// `recorder/gap`: messages that did not reach the recorder.
     Gap,
-    /// `view/map`: the seen cells, a `foxglove.PointCloud`.
-    ViewMap,
     /// `view/plan`: the policy near the robot and announced routes, a `foxglove.PointCloud`.
     ViewPlan,
     /// `view/route`: the ways that robots have come, a `foxglove.PointCloud`.
@@ -50,36 +51,86 @@ pub enum Channel {
     ViewTransforms,
     /// `view/log`: what happened, a `foxglove.Log`.
     ViewLog,
-    /// `view/speed`: expected speeds of uncertain ground, a `foxglove.PointCloud`.
-    ViewSpeed,
-    /// `view/spread`: the standard deviation of these speeds, a `foxglove.PointCloud`.
-    ViewSpread,
+    /// `view/map` of the relief, else `view/NAME`: a layer of the map, a `foxglove.PointCloud`.
+    ViewLayer(Layer),
+}
+
+/// Channels before those for viewers.
+const PUBLIC: [Channel; 12] = [
+    Channel::Brief,
+    Channel::State,
+    Channel::Map,
+    Channel::Snapshot,
+    Channel::Command,
+    Channel::Policy,
+    Channel::Control,
+    Channel::Pacing,
+    Channel::Heartbeat,
+    Channel::Past,
+    Channel::Host,
+    Channel::Gap,
+];
+
+/// Channels for viewers that show no layer of the map.
+const VIEWS: [Channel; 5] =
+    [Channel::ViewPlan, Channel::ViewRoute, Channel::ViewRobots, Channel::ViewTransforms, Channel::ViewLog];
+
+/// Whether a layer has a channel. What robots entered has none: `view/route` shows it.
+const fn is_recorded(layer: Layer) -> bool {
+    !matches!(layer.definition().look, Look::Entries)
+}
+
+/// Number of all channels.
+const COUNT: usize = {
+    let (mut count, mut layer) = (PUBLIC.len() + VIEWS.len(), 0);
+    while layer < Layer::ALL.len() {
+        count += is_recorded(Layer::ALL[layer]) as usize;
+        layer += 1;
+    }
+    count
+};
+
+/// The relief stands before the other channels for viewers, and the layers with a scale after them.
+const fn all() -> [Channel; COUNT] {
+    let mut all = [Channel::Brief; COUNT];
+    let (mut count, mut place) = (0, 0);
+    while place < PUBLIC.len() {
+        all[count] = PUBLIC[place];
+        (count, place) = (count + 1, place + 1);
+    }
+    place = 0;
+    while place < Layer::ALL.len() {
+        if matches!(Layer::ALL[place].definition().look, Look::Relief) {
+            all[count] = Channel::ViewLayer(Layer::ALL[place]);
+            count += 1;
+        }
+        place += 1;
+    }
+    place = 0;
+    while place < VIEWS.len() {
+        all[count] = VIEWS[place];
+        (count, place) = (count + 1, place + 1);
+    }
+    place = 0;
+    while place < Layer::ALL.len() {
+        if Layer::ALL[place].scale().is_some() {
+            all[count] = Channel::ViewLayer(Layer::ALL[place]);
+            count += 1;
+        }
+        place += 1;
+    }
+    all
 }
 
 impl Channel {
     /// Every channel, in the order of the file.
-    pub const ALL: [Channel; 20] = [
-        Channel::Brief,
-        Channel::State,
-        Channel::Map,
-        Channel::Snapshot,
-        Channel::Command,
-        Channel::Policy,
-        Channel::Control,
-        Channel::Pacing,
-        Channel::Heartbeat,
-        Channel::Past,
-        Channel::Host,
-        Channel::Gap,
-        Channel::ViewMap,
-        Channel::ViewPlan,
-        Channel::ViewRoute,
-        Channel::ViewRobots,
-        Channel::ViewTransforms,
-        Channel::ViewLog,
-        Channel::ViewSpeed,
-        Channel::ViewSpread,
-    ];
+    pub const ALL: [Channel; COUNT] = all();
+
+    /// Its place among [`Channel::ALL`]; layers without a channel are after them.
+    #[must_use]
+    pub fn place(self) -> usize {
+        Self::ALL.iter().position(|channel| *channel == self).unwrap_or(COUNT)
+    }
 
     /// Topic of the channel: for public messages the name of the service.
     #[must_use]
@@ -97,14 +148,15 @@ impl Channel {
             Channel::Past => PastRequest::SERVICE.name_of(ROBOT),
             Channel::Host => "recorder/host".into(),
             Channel::Gap => "recorder/gap".into(),
-            Channel::ViewMap => "view/map".into(),
             Channel::ViewPlan => "view/plan".into(),
             Channel::ViewRoute => "view/route".into(),
             Channel::ViewRobots => "view/robots".into(),
             Channel::ViewTransforms => "view/transforms".into(),
             Channel::ViewLog => "view/log".into(),
-            Channel::ViewSpeed => "view/speed".into(),
-            Channel::ViewSpread => "view/spread".into(),
+            Channel::ViewLayer(layer) => match layer.definition().look {
+                Look::Relief => "view/map".into(),
+                Look::Entries | Look::Scale(_) => format!("view/{}", layer.definition().name),
+            },
         }
     }
 
@@ -134,12 +186,9 @@ impl Channel {
             Channel::Past => "hopper.Past",
             Channel::Host => "hopper.Host",
             Channel::Gap => "hopper.Gap",
-            Channel::ViewMap
-            | Channel::ViewPlan
-            | Channel::ViewRoute
-            | Channel::ViewRobots
-            | Channel::ViewSpeed
-            | Channel::ViewSpread => "foxglove.PointCloud",
+            Channel::ViewPlan | Channel::ViewRoute | Channel::ViewRobots | Channel::ViewLayer(_) => {
+                "foxglove.PointCloud"
+            }
             Channel::ViewTransforms => "foxglove.FrameTransforms",
             Channel::ViewLog => "foxglove.Log",
         }
@@ -154,6 +203,6 @@ impl Channel {
     /// Whether its messages are derived from others, for viewers.
     #[must_use]
     pub fn is_view(self) -> bool {
-        self >= Channel::ViewMap
+        self >= Channel::ViewPlan
     }
 }

@@ -184,14 +184,12 @@ impl RecordedMessage {
             }
             Channel::Host => RecordedMessage::Host((&proto::Host::decode(bytes)?).try_into()?),
             Channel::Gap => RecordedMessage::Gap((&proto::Gap::decode(bytes)?).try_into()?),
-            Channel::ViewMap
-            | Channel::ViewPlan
+            Channel::ViewPlan
             | Channel::ViewRoute
             | Channel::ViewRobots
             | Channel::ViewTransforms
             | Channel::ViewLog
-            | Channel::ViewSpeed
-            | Channel::ViewSpread => return Ok(None),
+            | Channel::ViewLayer(_) => return Ok(None),
         }))
     }
 }

@@ -175,7 +175,7 @@ impl Recorder {
                 continue;
             }
             let (channel_id, count) = match &message.topic {
-                Topic::Known(channel) => &mut self.channels[*channel as usize],
+                Topic::Known(channel) => &mut self.channels[channel.place()],
                 topic => match self.other_channels.entry(topic.name()) {
                     Entry::Occupied(known) => known.into_mut(),
                     Entry::Vacant(new) => {

@@ -33,6 +33,12 @@ impl SpeedEstimate {
         Self::of(&SpeedDistribution::certain(Speed::ALL[speed as usize]))
     }
 
+    /// Expected speed and standard deviation, as the layers of the map take them.
+    #[must_use]
+    pub fn mean_and_sd_m_per_sol(self) -> [f64; 2] {
+        [self.mean_m_per_sol, self.sd_m_per_sol]
+    }
+
     fn of(speeds: &SpeedDistribution) -> Self {
         Self { mean_m_per_sol: speeds.mean_m_per_sol(), sd_m_per_sol: speeds.sd_m_per_sol() }
     }

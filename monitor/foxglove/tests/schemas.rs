@@ -19,7 +19,9 @@ fn what_is_made_for_viewers_is_what_foxglove_reads() {
     let (mut clouds, mut transforms, mut lines) = (0, 0, 0);
     for message in transcript.take() {
         match message.topic {
-            Topic::Known(Channel::ViewMap | Channel::ViewPlan | Channel::ViewRoute | Channel::ViewRobots) => {
+            Topic::Known(
+                Channel::ViewLayer(_) | Channel::ViewPlan | Channel::ViewRoute | Channel::ViewRobots,
+            ) => {
                 let cloud = PointCloud::decode(message.data.as_slice()).unwrap();
                 assert_eq!(cloud.frame_id, "map");
                 assert_eq!(cloud.data.len() % cloud.point_stride as usize, 0);

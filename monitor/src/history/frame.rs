@@ -9,10 +9,11 @@ use serde::Serialize;
 use serde_json::{Value, json};
 use speed_layer::{SpeedEstimate, SpeedLayer, SpeedRow};
 
+use super::layers::GroundLayer;
 use super::reason::Ends;
 use super::{
     Announced, Announcements, History, HopReason, Hops, LeaderChange, PeerChange, PeerEvent, PeerHistory,
-    Reason, RunHistory, SeenCells,
+    Reason, RunHistory, SeenCells, layers,
 };
 
 /// Most hops in one frame.
@@ -97,7 +98,7 @@ impl History {
         hops(&run.hops, cursor)
             .or_else(|| cells(&run.seen_cells, cursor))
             .or_else(|| routes(&run.announcements, cursor))
-            .or_else(|| speeds(run.speeds.layer(), cursor))
+            .or_else(|| speeds(&run.brief, run.speeds.layer(), cursor))
             .or_else(|| events(&self.peers, cursor))
             .or_else(|| self.status(cursor, now))
     }
@@ -193,6 +194,8 @@ fn mission(brief: &Brief) -> Value {
         "robots": brief.robots.count(),
         "hops": brief.account == Account::Hopper,
         "speeds": brief.sampling.is_some(),
+        "layers": layers::told(brief),
+        "certain": layers::certain(brief),
         "steps_max": brief.limits.steps_max,
         "stages": Stage::ALL.map(Stage::as_str),
     })
@@ -261,7 +264,8 @@ fn leader_change(leader_change: &LeaderChange) -> Value {
 
 /// Cells as three lists of equal length: difference of the index to the one before; height in millimetres times
 /// four, plus one for sand and two for impassable; difference of the decision of first sight to the one before. Where speeds
-/// are uncertain, a fourth has what was observed: 0 nothing, 1 to 4 the speed, 5 to 8 a reading.
+/// are uncertain, a fourth has what was observed: 0 nothing, 1 to 4 the speed, 5 to 8 a reading. Layers with values of seen ground
+/// have a list each of their values.
 fn cells(seen_cells: &SeenCells, cursor: &mut Cursor) -> Option<Frame> {
     let (revision, _) = seen_cells.log(0);
     if cursor.revision != revision {
@@ -289,7 +293,19 @@ fn cells(seen_cells: &SeenCells, cursor: &mut Cursor) -> Option<Frame> {
     if speeds.iter().any(|speed| *speed > 0) {
         data["v"] = json!(speeds);
     }
+    let layers = seen_cells.layers().iter();
+    let columns: Vec<Vec<Value>> = layers.map(|layer| column(seen_cells, log, layer)).collect();
+    if !columns.is_empty() {
+        data["values"] = json!(columns);
+    }
     Some(frame("cells", &data))
+}
+
+/// What a layer shows of the cells of a frame.
+fn column(seen_cells: &SeenCells, log: &[u32], layer: &GroundLayer) -> Vec<Value> {
+    let cells = log.iter().map(|index| *index as usize).filter(|index| seen_cells.get(*index).is_some());
+    let value = |index| seen_cells.value(layer.layer, index).map(|value| rounded(value, layer.parts));
+    cells.filter_map(value).collect()
 }
 
 /// A route that a robot announced, with its points in metres from the south-western corner of the map.
@@ -303,10 +319,10 @@ fn routes(announcements: &Announcements, cursor: &mut Cursor) -> Option<Frame> {
     Some(frame("routes", &json!({ "decision": decision, "robot": robot, "points": points })))
 }
 
-/// Expected speeds of the next cells in index order: distributions that are new to the reader, each as expected speed and
-/// spread under the prior and, where a camera errs, after each of the four readings; then pairs of a distribution's number
-/// and how many cells in a row have it.
-fn speeds(layer: Option<&SpeedLayer>, cursor: &mut Cursor) -> Option<Frame> {
+/// Speeds of the next cells in index order: distributions that are new to the reader, each as what the layers of speeds show
+/// under the prior and, where a camera errs, after each of the four readings; then pairs of a distribution's number and how many
+/// cells in a row have it.
+fn speeds(brief: &Brief, layer: Option<&SpeedLayer>, cursor: &mut Cursor) -> Option<Frame> {
     let layer = layer.filter(|layer| cursor.speeds < layer.codes().len())?;
     let (from, known) = (cursor.speeds, cursor.speed_rows);
     let mut runs = Vec::new();
@@ -316,12 +332,16 @@ fn speeds(layer: Option<&SpeedLayer>, cursor: &mut Cursor) -> Option<Frame> {
         // Rows are numbered in the order of their first cells.
         cursor.speed_rows = cursor.speed_rows.max(run[0] as usize + 1);
     }
+    let columns = layers::of_speeds(brief);
     let row = |row: &SpeedRow| {
-        let numbers = |estimate: &SpeedEstimate| {
-            [rounded(estimate.mean_m_per_sol, 10.0), rounded(estimate.sd_m_per_sol, 10.0)]
-        };
         let read: &[SpeedEstimate] = if row.read == [row.unseen; 4] { &[] } else { &row.read };
-        numbers(&row.unseen).into_iter().chain(read.iter().flat_map(numbers)).collect::<Vec<_>>()
+        let mut numbers = Vec::new();
+        for estimate in std::iter::once(&row.unseen).chain(read) {
+            let values =
+                columns.iter().map(|(of, parts)| rounded(of(estimate.mean_and_sd_m_per_sol()), *parts));
+            numbers.extend(values);
+        }
+        numbers
     };
     let rows: Vec<_> = layer.rows()[known..cursor.speed_rows].iter().map(row).collect();
     Some(frame("speeds", &json!({ "from": from, "rows": rows, "runs": runs })))

@@ -7,6 +7,7 @@
 mod announcements;
 mod frame;
 mod hops;
+mod layers;
 mod peers;
 pub mod reason;
 mod seen_cells;
@@ -18,7 +19,8 @@ use contract::{
     RouteRequest, State, Team,
 };
 use follow::{Link, PastFollower, Replica};
-use report::Executed;
+use report::layers::Value;
+use report::{Executed, Layer};
 use speed_layer::SpeedLayer;
 
 pub use announcements::{Announced, Announcements};
@@ -255,6 +257,22 @@ impl History {
     #[must_use]
     pub fn speeds(&self) -> Option<&SpeedLayer> {
         self.run.as_ref()?.speeds.layer()
+    }
+
+    /// What a layer with a scale shows of the cell at `index`, of which `seen` is known, in the layer's unit.
+    #[must_use]
+    pub fn value(&self, layer: Layer, index: usize, seen: Option<&Seen>) -> Option<f64> {
+        match layer.scale()?.value {
+            Value::Speed { of, .. } => {
+                let (speed, reading) = seen.map_or((None, None), |seen| (seen.speed, seen.reading));
+                let estimate = self.speeds()?.estimate(index, speed, reading)?;
+                Some(of(estimate.mean_and_sd_m_per_sol()))
+            }
+            Value::Ground { .. } => {
+                seen?;
+                self.seen_cells()?.value(layer, index)
+            }
+        }
     }
 
     /// All robots as last published; `None` where there is a single hopper.

@@ -4,7 +4,10 @@ use contract::{
     Brief, Camera, Cell, Decision, DriveSpeed, ErringCamera, Grid, ObservedMap, RobotId, Sensor, Soil,
 };
 
+use report::Layer;
+
 use super::Hops;
+use super::layers::{GroundLayer, of_ground};
 
 /// Value of [`Seen::at`] for a cell whose first sight is not determined yet.
 const PENDING: u32 = u32::MAX - 1;
@@ -35,6 +38,9 @@ pub struct SeenCells {
     brief: Brief,
     grid: Grid,
     cells: Vec<Seen>,
+    /// Layers with values of seen ground, and the values: those of a cell together.
+    layers: Vec<GroundLayer>,
+    values: Vec<f64>,
     /// Indices of cells in the order they were seen or updated.
     log: Vec<u32>,
     /// Number of times the log was compacted, which invalidates positions.
@@ -53,10 +59,13 @@ impl SeenCells {
     pub fn new(brief: &Brief) -> Self {
         let unseen =
             Seen { height_m: 0.0, sand: false, passable: true, speed: None, reading: None, at: UNSEEN };
+        let layers = of_ground(brief);
         Self {
             brief: *brief,
             grid: brief.grid,
             cells: vec![unseen; brief.grid.cells()],
+            values: vec![0.0; layers.len() * brief.grid.cells()],
+            layers,
             log: Vec::new(),
             revision: 0,
             learnt: None,
@@ -76,6 +85,18 @@ impl SeenCells {
     #[must_use]
     pub fn get(&self, index: usize) -> Option<&Seen> {
         self.cells.get(index).filter(|seen| seen.at != UNSEEN)
+    }
+
+    /// What a layer with values of seen ground shows of the cell at `index`; `None` if the mission has no such layer.
+    #[must_use]
+    pub fn value(&self, layer: Layer, index: usize) -> Option<f64> {
+        let column = self.layers.iter().position(|known| known.layer == layer)?;
+        self.values.get(index * self.layers.len() + column).copied()
+    }
+
+    /// The layers with values of seen ground.
+    pub(super) fn layers(&self) -> &[GroundLayer] {
+        &self.layers
     }
 
     /// Number of cells seen so far.
@@ -140,13 +161,20 @@ impl SeenCells {
         self.heights_m = Some((low.min(height_m), high.max(height_m)));
         let contract::Ground { passable, speed, reading, .. } = ground;
         let now = Seen { height_m, sand, passable, speed, reading, at: known.at };
+        let mut has_new_value = false;
+        let values = self.values.chunks_mut(self.layers.len().max(1)).nth(index).unwrap_or_default();
+        for (value, layer) in values.iter_mut().zip(&self.layers) {
+            let new = (layer.of)(&ground, map.visits(index));
+            has_new_value |= *value != new;
+            *value = new;
+        }
         if known.at == UNSEEN {
             self.cells[index] = Seen { at: PENDING, ..now };
             self.seen += 1;
             // It is logged once its first sight is determined.
             return 1;
         }
-        if now != known {
+        if now != known || has_new_value {
             self.cells[index] = now;
             if known.at != PENDING {
                 self.log.push(index as u32);

@@ -11,7 +11,6 @@ mod side;
 mod style;
 mod view_settings;
 
-pub use layer::Layer;
 pub use picture::draw;
 pub use shell::Terminal;
 pub use view_settings::ViewSettings;

@@ -7,13 +7,14 @@ use ratatui::style::{Color, Modifier, Style};
 
 use monitor::History;
 use monitor::history::{Hop, Seen, SeenCells};
-use report::goal_cells;
+use report::layers::Look;
 use report::picture::colour;
+use report::{Layer, goal_cells};
 
-use crate::layer::{ink, visits};
+use crate::ViewSettings;
+use crate::layer::{ink, texture, visits};
 use crate::moment::{goal, hop_before, pose};
 use crate::style::DIM;
-use crate::{Layer, ViewSettings};
 
 /// The map in characters: each character pair stands for one cell or a square of cells.
 pub(crate) struct View<'a> {
@@ -64,9 +65,9 @@ impl<'a> View<'a> {
             heights_m: ground.heights_m().unwrap_or((0.0, 1.0)),
             robots: brief.robots.count(),
             layer: settings.layer(brief),
-            visits: match settings.layer(brief) {
-                Layer::Visits => visits(&brief.grid, history.hops()?, at),
-                _ => Vec::new(),
+            visits: match settings.layer(brief).definition().look {
+                Look::Entries => visits(&brief.grid, history.hops()?, at),
+                Look::Relief | Look::Scale(_) => Vec::new(),
             },
         })
     }
@@ -213,10 +214,10 @@ impl<'a> View<'a> {
         (0..usize::from(self.robots)).filter_map(|robot| Some((robot, of_robot(robot)?))).collect()
     }
 
-    /// What the layer shows of a cell, as a share of its scale; `None` if it shows heights or visits.
+    /// What the layer shows of a cell, as a share of its scale; `None` if it has none, or nothing to show there.
     fn share(&self, index: usize, seen: Option<&Seen>) -> Option<f64> {
-        let (speed, reading) = seen.map_or((None, None), |seen| (seen.speed, seen.reading));
-        self.layer.share(self.history.speeds()?.estimate(index, speed, reading)?)
+        let most = self.layer.scale()?.most;
+        Some(self.history.value(self.layer, index, seen)? / most)
     }
 
     /// Text and style of a character pair without symbols: policy arrow, impassable, sand, or height alone.
@@ -229,7 +230,7 @@ impl<'a> View<'a> {
         if let Some(share) = index.and_then(|index| self.share(index, seen)) {
             let [r, g, b] = self.layer.colour(share);
             let style = Style::new().bg(Color::Rgb(r, g, b)).fg(ink([r, g, b]));
-            return (self.layer.texture(share, seen.is_some()), style);
+            return (texture(self.layer, share, seen.is_some()), style);
         }
         let Some(seen) = seen else { return ("· ", DIM) };
         if let Some(count) = index.and_then(|index| self.visits.get(index)).filter(|count| **count > 0) {

@@ -7,12 +7,14 @@ use ratatui::text::{Line, Span};
 use ratatui::widgets::{Block, Clear, Paragraph};
 
 use monitor::History;
+use report::Layer;
 
+use crate::ViewSettings;
+use crate::layer::legend;
 use crate::map::View;
 use crate::moment::{hop_before, is_team};
 use crate::side::side;
 use crate::style::{AMBER, BAD, BOLD, DIM, GOOD};
-use crate::{Layer, ViewSettings};
 
 /// Smallest width of the terminal, columns.
 pub const COLUMNS_MIN: u16 = 80;
@@ -38,9 +40,9 @@ pub fn draw(frame: &mut Frame<'_>, history: &History, settings: &ViewSettings, n
         Some(brief) if brief.account != Account::Hopper => ", around the robot ",
         _ => ", around the hopper ",
     };
-    let title = format!(" {}{}", shown.title(), if settings.follow { around } else { " " });
+    let title = format!(" {}{}", shown.definition().title, if settings.follow { around } else { " " });
     let mut block = Block::bordered().border_style(DIM).title(title);
-    if let Some(legend) = shown.legend() {
+    if let Some(legend) = legend(shown) {
         block = block.title_bottom(legend);
     }
     let inside = block.inner(left);

@@ -2,7 +2,7 @@
 
 use contract::{Brief, Decision};
 
-use crate::Layer;
+use report::Layer;
 
 /// What the user has chosen to see.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
@@ -37,8 +37,7 @@ impl ViewSettings {
         }
     }
 
-    /// The layer that is shown of the mission: if none was chosen, the expected speed where speeds are uncertain, visits where
-    /// ground is covered, else heights.
+    /// The layer that is shown of the mission: if none was chosen that it has, its first.
     #[must_use]
     pub fn layer(&self, brief: &Brief) -> Layer {
         let suits = |layer: &Layer| Layer::of(brief).contains(layer);

@@ -16,7 +16,8 @@ use mission::{Step, brief, driver, ground, helicopter, name, policy, records, wi
 use monitor::{Event, History, Input, Watcher};
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
-use terminal::{Layer, ViewSettings, draw};
+use report::Layer;
+use terminal::{ViewSettings, draw};
 
 const ROBOT: RobotId = RobotId(0);
 const SIDE: u32 = 16;
@@ -238,14 +239,18 @@ fn a_key_goes_through_the_layers_of_uncertain_ground() {
     insta::assert_snapshot!("expected_speed", picture(&history, &settings, 80, 24));
     let brief = *history.brief().unwrap();
     let mut titles = Vec::new();
-    for _ in 0..5 {
-        titles.push(settings.layer(&brief).title());
+    let layers = Layer::of(&brief).len();
+    for _ in 0..=layers {
+        titles.push(settings.layer(&brief).definition().title);
         let text = picture(&history, &settings, 80, 24).to_string();
         assert!(text.contains(titles[titles.len() - 1]), "{text}");
         settings.next_layer(&brief);
     }
-    let cycle = ["expected speed", "spread of speed", "ground", "visits", "expected speed"];
-    assert_eq!(titles, cycle);
+    assert_eq!(
+        (titles[0], titles[1], titles[layers]),
+        ("expected speed", "spread of speed", "expected speed")
+    );
+    assert_eq!(titles.iter().filter(|title| ["ground", "visits"].contains(title)).count(), 2, "{titles:?}");
     let speed = picture(&history, &ViewSettings::default(), 80, 24).to_string();
     // Impassable to fast, seen in the south and only expected in the north; route, field of view, robots, start, goal.
     for character in
@@ -261,14 +266,16 @@ fn a_key_goes_through_the_layers_of_uncertain_ground() {
 }
 
 #[test]
-fn a_hopper_alone_has_one_layer_and_no_key_for_more() {
+fn a_layer_that_a_mission_has_not_is_not_shown_and_a_single_one_has_no_key() {
     let history = account();
     let brief = *history.brief().unwrap();
     let mut settings = ViewSettings { layer: Some(Layer::Spread), ..ViewSettings::default() };
-    assert_eq!(settings.layer(&brief), Layer::Ground);
+    assert_eq!(settings.layer(&brief), Layer::Heights);
     settings.next_layer(&brief);
-    assert_eq!(settings.layer(&brief), Layer::Ground);
-    assert!(!picture(&history, &settings, 80, 24).to_string().contains("m layer"));
+    let layers = Layer::of(&brief);
+    assert_eq!(settings.layer(&brief), layers[1 % layers.len()]);
+    let has_key = picture(&history, &settings, 80, 24).to_string().contains("m layer");
+    assert_eq!(has_key, layers.len() > 1);
 }
 
 #[test]

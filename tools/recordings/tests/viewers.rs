@@ -118,9 +118,15 @@ fn the_layout_names_topics_that_recordings_have() {
     let panels = &layout["configById"];
     let ground = panels["3D!ground"]["topics"].as_object().unwrap();
     let clouds = Channel::ALL.into_iter().filter(|channel| channel.schema() == "foxglove.PointCloud");
-    let mut clouds: Vec<String> = clouds.map(Channel::name).collect();
-    clouds.sort();
-    assert_eq!(ground.keys().cloned().collect::<Vec<_>>(), clouds);
+    let clouds: Vec<Channel> = clouds.collect();
+    for topic in ground.keys() {
+        assert!(clouds.iter().any(|cloud| cloud.name() == *topic), "{topic}");
+    }
+    // A layer need not be among those that are shown from the start.
+    let is_layer = |cloud: &Channel| matches!(cloud, Channel::ViewLayer(_));
+    for cloud in clouds.iter().filter(|cloud| !is_layer(cloud)) {
+        assert!(ground.contains_key(&cloud.name()), "{}", cloud.name());
+    }
     assert!(ground.values().all(|topic| topic["colorMode"] == "rgba-fields" && topic["visible"] == true));
     assert_eq!(panels["3D!ground"]["followTf"], recording::view::FRAME);
     assert_eq!(panels["RosOut!log"]["topicToRender"], Channel::ViewLog.name());

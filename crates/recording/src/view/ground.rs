@@ -18,7 +18,7 @@ pub(super) fn ground(map: &ObservedMap) -> PointCloud {
     let range_m = if highest > lowest { highest - lowest } else { 1.0 };
     let mut treasures: Vec<_> = map.treasures().iter().filter_map(|cell| map.grid.index(*cell)).collect();
     treasures.sort_unstable();
-    let mut cloud = Cloud::with(&["soil", "passable", "treasure"], seen().count());
+    let mut cloud = Cloud::with(["soil", "passable", "treasure"], seen().count());
     for (index, ground) in seen() {
         let cell = map.grid.cell(index);
         let along = |cells: i32| (f64::from(cells) + 0.5) * map.grid.cell_size_m;

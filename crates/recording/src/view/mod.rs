@@ -12,10 +12,12 @@ mod markers;
 mod point_cloud;
 mod speeds;
 mod trail;
+mod values;
 mod views;
 
-use contract::{Brief, Cell, MonotonicNs};
+use contract::{Brief, Cell, Grid, MonotonicNs};
 use prost_types::Timestamp;
+use report::Layer;
 
 pub use point_cloud::Point;
 pub use views::{ViewMessage, Views};
@@ -36,6 +38,24 @@ pub fn line(level: log::Level, name: &str, message: String, now: MonotonicNs) ->
         file: String::new(),
         line: 0,
     }
+}
+
+/// Layers with a scale lie this far above the ground, cells: over the heights, beneath the routes.
+const LIFT_CELLS: f64 = 0.05;
+
+/// Layers lie beside one another, so many widths of the map to the east: viewers without settings draw everything at once.
+const BESIDE_WIDTHS: f64 = 1.1;
+
+/// Of `layers` those with a scale, each with how far to the east of the map it lies, metres: 0 of the one that is shown `first`.
+fn scales(layers: &[Layer], first: Layer, grid: &Grid) -> Vec<(Layer, f64)> {
+    let mut beside = 0;
+    let mut east_m = |layer: Layer| {
+        beside += u32::from(layer != first);
+        let number = if layer == first { 0 } else { beside };
+        f64::from(number) * BESIDE_WIDTHS * f64::from(grid.width) * grid.cell_size_m
+    };
+    let scales = layers.iter().copied().filter(|layer| layer.scale().is_some());
+    scales.map(|layer| (layer, east_m(layer))).collect()
 }
 
 /// The middle of a cell.

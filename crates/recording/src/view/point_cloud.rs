@@ -22,15 +22,24 @@ pub struct Point {
 /// Points that are collected for one message.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Cloud {
-    /// Names of what each point has besides place and colour, a byte each.
-    extra: &'static [&'static str],
+    /// What each point has besides place and colour: names, and the type of all of them.
+    extra: Vec<&'static str>,
+    is_float: bool,
     data: Vec<u8>,
 }
 
 impl Cloud {
     /// A cloud whose points have the bytes `extra` beside place and colour.
-    pub fn with(extra: &'static [&'static str], points: usize) -> Self {
-        Self { extra, data: Vec::with_capacity(points * (POINT_BYTES as usize + extra.len())) }
+    pub fn with(extra: impl Into<Vec<&'static str>>, points: usize) -> Self {
+        let extra = extra.into();
+        let data = Vec::with_capacity(points * (POINT_BYTES as usize + extra.len()));
+        Self { extra, is_float: false, data }
+    }
+
+    /// A cloud whose points have the number `extra` beside place and colour.
+    pub fn with_number(extra: &'static str, points: usize) -> Self {
+        let data = Vec::with_capacity(points * (POINT_BYTES as usize + size_of::<f32>()));
+        Self { extra: vec![extra], is_float: true, data }
     }
 
     /// Adds a point without extra bytes.
@@ -43,10 +52,20 @@ impl Cloud {
     }
 
     /// Adds a point with as many extra bytes as the cloud has.
-    pub fn push_with<const N: usize>(&mut self, at: Point, colour: [u8; 3], extra: [u8; N]) {
-        debug_assert_eq!(N, self.extra.len());
+    pub fn push_with(&mut self, at: Point, colour: [u8; 3], extra: impl AsRef<[u8]>) {
+        debug_assert_eq!(extra.as_ref().len(), self.extra_bytes());
         self.push(at, colour);
-        self.data.extend_from_slice(&extra);
+        self.data.extend_from_slice(extra.as_ref());
+    }
+
+    /// Adds a point with the number that the cloud has.
+    pub fn push_with_number(&mut self, at: Point, colour: [u8; 3], number: f64) {
+        self.push_with(at, colour, (number as f32).to_le_bytes());
+    }
+
+    /// Bytes of a point after place and colour.
+    fn extra_bytes(&self) -> usize {
+        self.extra.len() * if self.is_float { size_of::<f32>() } else { 1 }
     }
 
     /// The message, with `moment` as its timestamp.
@@ -57,15 +76,18 @@ impl Cloud {
             r#type: kind.into(),
         };
         let places = ["x", "y", "z"].into_iter().zip([0, 4, 8]);
-        let bytes = ["red", "green", "blue", "alpha"].into_iter().chain(self.extra.iter().copied());
+        let bytes = ["red", "green", "blue", "alpha"].into_iter().zip(12..);
+        let extra_kind = if self.is_float { NumericType::Float32 } else { NumericType::Uint8 };
+        let extra = self.extra.iter().zip(POINT_BYTES..);
         let mut fields: Vec<_> =
             places.map(|(name, offset)| field(name, offset, NumericType::Float32)).collect();
-        fields.extend(bytes.zip(12..).map(|(name, offset)| field(name, offset, NumericType::Uint8)));
+        fields.extend(bytes.map(|(name, offset)| field(name, offset, NumericType::Uint8)));
+        fields.extend(extra.map(|(name, offset)| field(name, offset, extra_kind)));
         PointCloud {
             timestamp: stamp(moment),
             frame_id: FRAME.into(),
             pose: at_origin(),
-            point_stride: POINT_BYTES + self.extra.len() as u32,
+            point_stride: POINT_BYTES + self.extra_bytes() as u32,
             fields,
             data: self.data,
         }

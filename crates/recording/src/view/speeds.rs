@@ -1,17 +1,13 @@
 //! Expected speeds of uncertain ground as points, and their spread beside them.
 
 use contract::{MonotonicNs, ObservedMap, PriorCell, Robot};
-use report::picture::colour;
-use speed_layer::{SPEED_MAX_M_PER_SOL, SPREAD_MAX_M_PER_SOL, SpeedEstimate, SpeedLayer};
+use report::Layer;
+use report::layers::{Scale, Value};
+use speed_layer::{SpeedEstimate, SpeedLayer};
 
+use super::LIFT_CELLS;
 use super::point_cloud::{Cloud, Point};
 use crate::proto::foxglove::PointCloud;
-
-/// The expected speeds lie this far above the ground, cells: over the heights, beneath the routes.
-const LIFT_CELLS: f64 = 0.05;
-
-/// The spread lies beside the map, so many widths of the map to the east: viewers without settings draw everything at once.
-const BESIDE_WIDTHS: f64 = 1.1;
 
 /// The prior as it is drawn.
 #[derive(Debug)]
@@ -19,51 +15,62 @@ pub(super) struct Speeds {
     layer: SpeedLayer,
     /// Height of each cell, metres.
     heights_m: Vec<f64>,
+    /// What is drawn of it.
+    shown: Vec<Shown>,
 }
 
-/// Which of the two clouds.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Quantity {
-    Speed,
-    Spread,
+/// A layer that shows speeds.
+#[derive(Clone, Copy, Debug)]
+struct Shown {
+    layer: Layer,
+    scale: Scale,
+    of: fn([f64; 2]) -> f64,
+    /// How far to the east of the map it lies.
+    east_m: f64,
+}
+
+impl Shown {
+    fn value(&self, estimate: SpeedEstimate) -> f64 {
+        (self.of)(estimate.mean_and_sd_m_per_sol())
+    }
 }
 
 impl Speeds {
-    /// The layer of a whole prior, with the cameras of `robots`.
-    pub fn new(prior: &[PriorCell], robots: &[Robot]) -> Self {
+    /// What those of `scales` show that are of speeds, of a whole prior, with the cameras of `robots`.
+    pub fn new(prior: &[PriorCell], robots: &[Robot], scales: &[(Layer, f64)]) -> Self {
         let heights_m = prior.iter().map(|cell| cell.height_m).collect();
-        Self { layer: SpeedLayer::new(prior, robots), heights_m }
+        let shown = scales.iter().filter_map(|&(layer, east_m)| {
+            let scale = layer.scale()?;
+            let Value::Speed { of, .. } = scale.value else { return None };
+            Some(Shown { layer, scale, of, east_m })
+        });
+        Self { layer: SpeedLayer::new(prior, robots), heights_m, shown: shown.collect() }
     }
 
-    /// The middle of every cell, with `speed` and `spread` in whole m/Sol, and `seen` 0 or 1.
-    pub fn cloud(&self, map: &ObservedMap, quantity: Quantity, moment: MonotonicNs) -> PointCloud {
-        let mut cloud = Cloud::with(&["speed", "spread", "seen"], self.heights_m.len());
+    /// A cloud a layer: the middle of every cell, with what every layer shows of it in whole units, and `seen` 0 or 1.
+    pub fn clouds(&self, map: &ObservedMap, moment: MonotonicNs) -> Vec<(Layer, PointCloud)> {
+        self.shown.iter().map(|shown| (shown.layer, self.cloud(map, shown, moment))).collect()
+    }
+
+    fn cloud(&self, map: &ObservedMap, drawn: &Shown, moment: MonotonicNs) -> PointCloud {
+        let names: Vec<&str> = self.shown.iter().map(|shown| shown.layer.definition().name).collect();
+        let mut cloud = Cloud::with([&names[..], &["seen"]].concat(), self.heights_m.len());
         let side_m = map.grid.cell_size_m;
-        let east_m = match quantity {
-            Quantity::Speed => 0.0,
-            Quantity::Spread => BESIDE_WIDTHS * f64::from(map.grid.width) * side_m,
-        };
+        let mut bytes = Vec::new();
         for (index, (seen, height_m)) in map.cells().iter().zip(&self.heights_m).enumerate() {
             let Some(estimate) = self.layer.estimate_seen(index, seen.as_ref()) else { continue };
             let cell = map.grid.cell(index);
             let along = |cells: i32| (f64::from(cells) + 0.5) * side_m;
             let z = height_m + LIFT_CELLS * side_m;
-            let at = Point { x: along(cell.x) + east_m, y: along(cell.y), z };
-            let whole = |m_per_sol: f64| m_per_sol.round().clamp(0.0, 255.0) as u8;
-            let bytes =
-                [whole(estimate.mean_m_per_sol), whole(estimate.sd_m_per_sol), u8::from(seen.is_some())];
-            cloud.push_with(at, quantity.shade(estimate), bytes);
+            let at = Point { x: along(cell.x) + drawn.east_m, y: along(cell.y), z };
+            let whole = |shown: &Shown| shown.value(estimate).round().clamp(0.0, 255.0) as u8;
+            bytes.clear();
+            bytes.extend(self.shown.iter().map(whole));
+            bytes.push(u8::from(seen.is_some()));
+            let shade = drawn.layer.colour(drawn.value(estimate) / drawn.scale.most);
+            cloud.push_with(at, shade, &bytes);
         }
         cloud.into_message(moment)
-    }
-}
-
-impl Quantity {
-    fn shade(self, estimate: SpeedEstimate) -> [u8; 3] {
-        match self {
-            Self::Speed => colour::ramp(&colour::SPEEDS, estimate.mean_m_per_sol / SPEED_MAX_M_PER_SOL),
-            Self::Spread => colour::ramp(&colour::SPREADS, estimate.sd_m_per_sol / SPREAD_MAX_M_PER_SOL),
-        }
     }
 }
 
@@ -71,6 +78,7 @@ impl Quantity {
 mod tests {
     use super::*;
     use contract::{DriveSpeed, Grid, Ground, RobotId, RunId, SpeedPrior};
+    use report::picture::colour;
 
     /// P-VIEWERS-SPEED: Recordings show every cell of uncertain ground with its expected speed, and
     /// the spread beside the map.
@@ -81,12 +89,15 @@ mod tests {
         let prior = [PriorCell { speeds, height_m: 1.0 }; 2];
         let mut map = ObservedMap::unseen(RunId(1), RobotId(0), grid);
         map.learn(1, Ground { speed: Some(DriveSpeed::Medium), ..Ground::FLAT });
-        let drawn = Speeds::new(&prior, &[]);
-        for (quantity, east_m, ramp, shares) in [
-            (Quantity::Speed, 0.0, &colour::SPEEDS[..], [0.5, 0.75]),
-            (Quantity::Spread, 22.0, &colour::SPREADS[..], [1.0, 0.0]),
-        ] {
-            let cloud = drawn.cloud(&map, quantity, MonotonicNs(0));
+        let scales = crate::view::scales(Layer::ALL, Layer::Speed, &grid);
+        let clouds = Speeds::new(&prior, &[], &scales).clouds(&map, MonotonicNs(0));
+        let expected = [
+            (Layer::Speed, 0.0, &colour::SPEEDS[..], [0.5, 0.75]),
+            (Layer::Spread, 22.0, &colour::SPREADS[..], [1.0, 0.0]),
+        ];
+        assert_eq!(clouds.len(), expected.len());
+        for ((layer, cloud), (quantity, east_m, ramp, shares)) in clouds.into_iter().zip(expected) {
+            assert_eq!(layer, quantity);
             let names: Vec<&str> = cloud.fields.iter().map(|field| field.name.as_str()).collect();
             assert_eq!(names[7..], ["speed", "spread", "seen"]);
             let points: Vec<&[u8]> = cloud.data.chunks(cloud.point_stride as usize).collect();

@@ -7,12 +7,14 @@ use contract::{
     RobotId, Route, State, Team, Waypoint,
 };
 use prost::Message as _;
+use report::Layer;
+use report::layers::{Look, Value};
 use report::picture::colour;
 
 use super::point_cloud::{Cloud, Point};
-use super::speeds::{Quantity, Speeds};
+use super::speeds::Speeds;
 use super::trail::{Trail, between};
-use super::{FRAME, arrows, ground, markers, middle, stamp, unturned};
+use super::{FRAME, arrows, ground, markers, middle, stamp, unturned, values};
 use crate::Channel;
 use crate::proto::foxglove::{FrameTransform, FrameTransforms, Vector3};
 
@@ -49,6 +51,7 @@ pub struct Views {
     visits: u64,
     map: Due,
     speed: Due,
+    values: Due,
     plan: Due,
     route: Due,
 }
@@ -152,9 +155,10 @@ impl Views {
             let period_ns = PERIOD_NS + CELL_NS * map.seen_cells() as u64;
             if self.map.is_now(now, period_ns, ends) {
                 self.map.observation = map.observation();
-                messages.push((Channel::ViewMap, ground::ground(map).encode_to_vec(), map.published));
+                messages.extend(relief(map));
             }
             messages.extend(self.speeds(map, now, ends));
+            messages.extend(self.values(&brief, map, now, ends));
             if self.plan.is_now(now, PERIOD_NS, ends) {
                 messages.push((Channel::ViewPlan, self.plan(&brief, map, now), now));
             }
@@ -167,10 +171,9 @@ impl Views {
 
     /// Expected speeds and their spread, if they are due. Every cell has them, so on large maps they are seldom drawn.
     fn speeds(&mut self, map: &ObservedMap, now: MonotonicNs, ends: bool) -> Vec<ViewMessage> {
-        if self.prior.len() == map.grid.cells()
-            && let Some(brief) = &self.brief
-        {
-            self.speeds = Some(Speeds::new(&self.prior, &brief.robots));
+        let Some(brief) = &self.brief else { return Vec::new() };
+        if self.prior.len() == map.grid.cells() {
+            self.speeds = Some(Speeds::new(&self.prior, &brief.robots, &scales(brief)));
             (self.prior, self.speed.has_changed) = (Vec::new(), true);
         }
         let Some(speeds) = &self.speeds else { return Vec::new() };
@@ -179,11 +182,30 @@ impl Views {
             return Vec::new();
         }
         self.speed.observation = map.observation();
-        let cloud = |quantity| speeds.cloud(map, quantity, map.published).encode_to_vec();
-        vec![
-            (Channel::ViewSpeed, cloud(Quantity::Speed), map.published),
-            (Channel::ViewSpread, cloud(Quantity::Spread), map.published),
-        ]
+        let clouds = speeds.clouds(map, map.published).into_iter();
+        clouds
+            .map(|(layer, cloud)| (Channel::ViewLayer(layer), cloud.encode_to_vec(), map.published))
+            .collect()
+    }
+
+    /// The layers with values of seen ground, if they are due.
+    fn values(&mut self, brief: &Brief, map: &ObservedMap, now: MonotonicNs, ends: bool) -> Vec<ViewMessage> {
+        self.values.has_changed |= map.observation() != self.values.observation;
+        let period_ns = PERIOD_NS + CELL_NS * map.seen_cells() as u64;
+        if !self.values.is_now(now, period_ns, ends) {
+            return Vec::new();
+        }
+        self.values.observation = map.observation();
+        let mut messages = Vec::new();
+        for (layer, east_m) in scales(brief) {
+            if let Some(scale) = layer.scale()
+                && let Value::Ground { of, .. } = scale.value
+            {
+                let cloud = values::cloud(map, layer, &scale, of, east_m);
+                messages.push((Channel::ViewLayer(layer), cloud.encode_to_vec(), map.published));
+            }
+        }
+        messages
     }
 
     fn transforms(&self, moment: MonotonicNs) -> FrameTransforms {
@@ -228,7 +250,7 @@ impl Views {
 
     fn route(&self, now: MonotonicNs) -> Vec<u8> {
         let points = self.trails.values().map(|trail| trail.points().len()).sum();
-        let mut cloud = Cloud::with(&["robot", "strayed"], points);
+        let mut cloud = Cloud::with(["robot", "strayed"], points);
         for (robot, trail) in &self.trails {
             let colours = colour::ROBOTS[usize::from(robot.0) % colour::ROBOTS.len()];
             let own = if self.trails.len() == 1 { colour::rgb(colour::ROUTE) } else { colours };
@@ -262,6 +284,17 @@ impl Views {
         }
         cloud.into_message(now).encode_to_vec()
     }
+}
+
+/// The layers of a mission with a scale, each with how far to the east of the map it lies, metres.
+fn scales(brief: &Brief) -> Vec<(Layer, f64)> {
+    super::scales(&Layer::of(brief), Layer::first(brief), &brief.grid)
+}
+
+/// The relief, which every map has.
+fn relief(map: &ObservedMap) -> impl Iterator<Item = ViewMessage> {
+    let reliefs = Layer::ALL.iter().filter(|layer| matches!(layer.definition().look, Look::Relief));
+    reliefs.map(|layer| (Channel::ViewLayer(*layer), ground::ground(map).encode_to_vec(), map.published))
 }
 
 /// Height of a robot's marker, metres.

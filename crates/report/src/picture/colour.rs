@@ -24,8 +24,7 @@ pub const NOTHING: &str = "#e4e7ec";
 /// Colour of a robot by its number.
 #[must_use]
 pub fn robot(number: u16) -> String {
-    let [r, g, b] = ROBOTS[usize::from(number) % ROBOTS.len()];
-    format!("#{r:02x}{g:02x}{b:02x}")
+    hex(ROBOTS[usize::from(number) % ROBOTS.len()])
 }
 
 /// Colour of a policy arrow: four as in P23 fig. 4, chosen so that colour-blind readers can distinguish them.
@@ -85,6 +84,12 @@ pub fn ramp(colours: &[[u8; 3]], share: f64) -> [u8; 3] {
     [band(0), band(1), band(2)]
 }
 
+/// "#rrggbb" of red, green and blue.
+#[must_use]
+pub fn hex([r, g, b]: [u8; 3]) -> String {
+    format!("#{r:02x}{g:02x}{b:02x}")
+}
+
 /// Red, green and blue of "#rrggbb"; black of anything else.
 #[must_use]
 pub fn rgb(hex: &str) -> [u8; 3] {
@@ -100,7 +105,8 @@ pub fn contrast(one: [u8; 3], other: [u8; 3]) -> f64 {
     (one.max(other) + 0.05) / (one.min(other) + 0.05)
 }
 
-fn luminance(colour: [u8; 3]) -> f64 {
+/// Relative luminance, 0 to 1 (WCAG 2.2).
+pub(crate) fn luminance(colour: [u8; 3]) -> f64 {
     let [r, g, b] = colour.map(linear);
     0.2126 * r + 0.7152 * g + 0.0722 * b
 }
@@ -114,8 +120,7 @@ fn linear(part: u8) -> f64 {
 /// Colour of a height at `share` of the scale: 0 is the lowest, 1 the highest.
 #[must_use]
 pub fn height(share: f64) -> String {
-    let [r, g, b] = height_rgb(share);
-    format!("#{r:02x}{g:02x}{b:02x}")
+    hex(height_rgb(share))
 }
 
 /// As [`height`], in red, green and blue, 0 to 255.

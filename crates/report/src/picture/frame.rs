@@ -4,10 +4,11 @@ use std::fmt::Write as _;
 
 use contract::{Cell, Grid, Range};
 
-use super::layer::Layer;
+use super::colour;
 use super::scale::Ticks;
 use super::style::PictureStyle;
 use super::svg_writer::{Number, SvgWriter};
+use crate::Layer;
 
 pub const MARGIN_RIGHT: f64 = 118.0;
 /// What the larger letters of a picture for a paper need beyond [`MARGIN_RIGHT`].
@@ -113,7 +114,7 @@ pub fn colour_bar(svg: &mut SvgWriter, frame: &Frame, layer: Layer, range: Range
     for shade in 0..SHADES {
         let step = height / SHADES as f64;
         let y = top + height - step * (shade + 1) as f64;
-        let colour = layer.colour((shade as f64 + 0.5) / SHADES as f64);
+        let colour = colour::hex(layer.colour((shade as f64 + 0.5) / SHADES as f64));
         // Half a unit of overlap hides the seams of antialiasing.
         let overlap = if shade == 0 { 0.0 } else { 0.5 };
         svg.raw(&format!(
@@ -133,5 +134,5 @@ pub fn colour_bar(svg: &mut SvgWriter, frame: &Frame, layer: Layer, range: Range
     svg.path(&strokes, "stroke=\"#333\"");
     // The larger letters of a paper's picture need more room.
     let room = if frame.style == PictureStyle::Paper { MARGIN_RIGHT + PAPER_ROOM } else { MARGIN_RIGHT };
-    svg.text_upwards(frame.left + frame.width + room - 12.0, top + height / 2.0, layer.quantity());
+    svg.text_upwards(frame.left + frame.width + room - 12.0, top + height / 2.0, layer.definition().quantity);
 }

@@ -10,14 +10,14 @@ use contract::{
 
 use super::colour;
 use super::frame::{Frame, SHADES};
-use super::layer::Layer;
 use super::quiver::Quiver;
 use super::style::PictureStyle;
 use super::svg_writer::{Number, SvgWriter};
 use super::symbols::{self, TreasureState};
 use super::tile_map::TileMap;
+use crate::layers::{Look, Value};
 use crate::phrases::{EndSentence, TeamEffort, counted, planners_in_order, planners_of_team};
-use crate::{Ending, ReportError, goal_cells};
+use crate::{Ending, Layer, ReportError, goal_cells};
 
 /// Smallest distance of two policy arrows, as a share of the plot's longer side.
 const ARROW_PITCH_MIN: f64 = 0.026;
@@ -55,17 +55,28 @@ impl Picture<'_> {
     /// The cells as tiles: the truth if it is known, what was seen otherwise.
     pub(super) fn tiles(&self, layer: Layer) -> TileMap {
         let is_seen = |index: usize| self.map.cells()[index].is_some();
-        let value = |index: usize| match layer {
-            Layer::Heights => None,
-            Layer::Speed => self.speeds.get(index).map(|[mean, _]| *mean),
-            Layer::Spread => self.speeds.get(index).map(|[_, spread]| *spread),
+        let scale = layer.scale();
+        let value = |index: usize| match scale?.value {
+            Value::Speed { of, .. } => self.speeds.get(index).copied().map(of),
+            Value::Ground { of, .. } => {
+                let ground = self.map.cells()[index].as_ref();
+                ground.map(|ground| of(ground, self.map.visits(index)))
+            }
         };
         TileMap::new(&self.brief.grid, is_seen, |index| self.ground_at(index), value)
     }
 
-    /// What its plots show: over uncertain ground the expected speeds and their spread.
-    pub(super) fn layers(&self) -> &'static [Layer] {
-        if self.speeds.is_empty() { &[Layer::Heights] } else { &[Layer::Speed, Layer::Spread] }
+    /// What its plots show: the relief or, in its place, expected speeds of uncertain ground; then the other layers with a scale.
+    /// Marks of what robots entered are drawn on the relief.
+    pub(super) fn layers(&self) -> Vec<Layer> {
+        let has_speeds = !self.speeds.is_empty();
+        let is_plotted = |layer: &Layer| match layer.definition().look {
+            Look::Relief => !has_speeds,
+            Look::Entries => false,
+            Look::Scale(_) if layer.is_of_speeds() => has_speeds,
+            Look::Scale(_) => (layer.definition().exists)(self.brief),
+        };
+        Layer::ALL.iter().copied().filter(is_plotted).collect()
     }
 
     /// Draws the plot inside its frame; heights have the range given with the layer.
@@ -156,7 +167,7 @@ impl Picture<'_> {
             Some(place) => svg.raw(&format!("<use href=\"#ground-{place}\"/>")),
         }
         let unseen = tiles.fill(|tile| !tile.seen);
-        if layer == Layer::Heights {
+        if layer.range().is_none() {
             svg.path(&unseen, "fill=\"#fff\" fill-opacity=\".72\"");
         }
         let hatch = format!("fill=\"url(#{})\" shape-rendering=\"auto\"", frame.id("unseen-hatch"));
@@ -420,7 +431,7 @@ fn draw_values(svg: &mut SvgWriter, frame: &Frame, tiles: &TileMap, layer: Layer
     svg.path(&tiles.fill(|_| true), &format!("fill=\"{}\"", colour::NOTHING));
     let shade_of = |value: f64| (range.normalise(value) * SHADES as f64).min(SHADES as f64 - 1.0) as usize;
     for shade in 0..SHADES {
-        let colour = layer.colour((shade as f64 + 0.5) / SHADES as f64);
+        let colour = colour::hex(layer.colour((shade as f64 + 0.5) / SHADES as f64));
         let cells = tiles.fill(|tile| tile.value.is_some_and(|value| shade_of(value) == shade));
         svg.path(&cells, &format!("fill=\"{colour}\""));
     }

@@ -3,13 +3,12 @@
 use contract::Range;
 
 use super::frame::{Frame, MARGIN_RIGHT, Numbered, axes, colour_bar};
-use super::layer::Layer;
 use super::legend;
 use super::mission::Picture;
 use super::scale::range;
 use super::svg_writer::SvgWriter;
 use super::tile_map::TileMap;
-use crate::ReportError;
+use crate::{Layer, ReportError};
 
 /// Longer side of a single plot, in the picture's units (pixels at 96 dpi).
 const PLOT_SIDE: f64 = 760.0;
@@ -18,8 +17,8 @@ const PANEL_SIDE: f64 = 300.0;
 const MARGIN_LEFT: f64 = 74.0;
 const MARGIN_TOP: f64 = 82.0;
 const AXIS_HEIGHT: f64 = 58.0;
-/// Longer side of each plot if they show a mission's expected speeds and their spread.
-const SPEED_SIDE: f64 = 520.0;
+/// Longer side of each plot if they show layers with a scale of their own.
+const SCALE_SIDE: f64 = 520.0;
 /// Space between two pictures side by side, in the picture's units.
 const GAP: f64 = 22.0;
 /// Height of the heading over a picture, in the picture's units.
@@ -81,27 +80,29 @@ impl PictureGrid<'_> {
             }
             if let Some(range) = layer.range() {
                 colour_bar(&mut svg, frame, *layer, range);
+            } else if !self.is_of_relief() {
+                colour_bar(&mut svg, frame, *layer, heights);
             }
         }
-        if self.has_heights()
-            && let Some(first) = frames.first()
+        if self.is_of_relief()
+            && let (Some(first), Some(view)) = (frames.first(), self.views.first())
         {
             let all = Frame { width: right - first.left, height: bottom - first.top, ..*first };
-            colour_bar(&mut svg, &all, Layer::Heights, heights);
+            colour_bar(&mut svg, &all, view.layer, heights);
         }
         legend::draw(&mut svg, &legend, legend_top, width);
         Ok(svg.finish())
     }
 
     /// Whether the pictures share a scale of heights.
-    fn has_heights(&self) -> bool {
-        self.views.iter().all(|view| view.layer == Layer::Heights)
+    fn is_of_relief(&self) -> bool {
+        self.views.iter().all(|view| view.layer.range().is_none())
     }
 
     /// The frame of each picture.
     fn frames(&self, tile_maps: &[TileMap]) -> Vec<Frame> {
-        let (side, gap) = match (self.has_heights(), self.views.len()) {
-            (false, _) => (SPEED_SIDE, GAP + MARGIN_RIGHT),
+        let (side, gap) = match (self.is_of_relief(), self.views.len()) {
+            (false, _) => (SCALE_SIDE, GAP + MARGIN_RIGHT),
             (true, 0 | 1) => (PLOT_SIDE, GAP),
             (true, _) => (PANEL_SIDE, GAP),
         };
@@ -119,7 +120,10 @@ impl PictureGrid<'_> {
             top += row.iter().map(|frame| frame.height).fold(0.0, f64::max) + GAP / 2.0;
         }
         for (place, frame) in frames.iter_mut().enumerate() {
-            frame.ground = tile_maps[..place].iter().position(|tiles| tiles.has_ground_of(&tile_maps[place]));
+            let (layer, tiles) = (self.views[place].layer, &tile_maps[place]);
+            frame.ground = (0..place).find(|&earlier| {
+                self.views[earlier].layer == layer && tile_maps[earlier].has_ground_of(tiles)
+            });
         }
         frames
     }
@@ -138,8 +142,10 @@ impl Picture<'_> {
     /// [`ReportError::Cells`] if terrain, map or policy do not cover the grid.
     pub fn svg(&self) -> Result<String, ReportError> {
         let layers = self.layers();
-        let view =
-            |layer: &Layer| TitledPicture { heading: layer.heading().into(), picture: *self, layer: *layer };
+        let view = |layer: &Layer| {
+            let heading = if layers.len() > 1 { layer.definition().heading } else { "" };
+            TitledPicture { heading: heading.into(), picture: *self, layer: *layer }
+        };
         let views: Vec<_> = layers.iter().map(view).collect();
         PictureGrid { title: self.title(), caption: self.caption(), columns: views.len(), views }.svg()
     }

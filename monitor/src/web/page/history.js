@@ -5,9 +5,6 @@ export const UNSEEN = 0xffffffff;
 /** Hops that are kept, as by the monitor; of a longer mission the last. */
 const HOPS_KEPT = 65536;
 
-/** The four speeds of a driving rover, m/Sol. */
-const SPEEDS_M_PER_SOL = [0, 50, 150, 200];
-
 const STRAY = new Set(["stayed", "left", "right"]);
 
 /** Where a hop was aimed, in cells from its departure, by where it landed; null if it stayed or held. */
@@ -55,6 +52,8 @@ export class MissionHistory {
     this.seenAt = new Uint32Array(cells).fill(UNSEEN);
     /** What was observed of each cell's speed: 0 nothing, 1 to 4 a speed, 5 to 8 a reading. */
     this.observed = mission.speeds ? new Uint8Array(cells) : null;
+    /** What each layer with values of seen ground shows of each cell. */
+    this.values = mission.layers.filter(({ of }) => of === "cells").map(() => new Float32Array(cells));
     this.speedRows = [];
     this.speedCodes = mission.speeds ? new Uint32Array(cells) : null;
     this.speedsKnown = 0;
@@ -114,14 +113,22 @@ export class MissionHistory {
     return fresh;
   }
 
-  /** Expected speed and spread of a cell at a moment, in m/Sol: under the prior (for a moment before all), or what was observed. */
-  speed(index, at) {
+  /** What a layer of speeds shows of a cell at a moment: under the prior (for a moment before all), or what was observed. */
+  speed({ column }, index, at) {
     if (index >= this.speedsKnown) return null;
+    const { certain } = this.mission;
     const row = this.speedRows[this.speedCodes[index]];
     const observed = this.seenAt[index] <= at ? this.observed[index] : 0;
-    if (observed > 0 && observed <= 4) return [SPEEDS_M_PER_SOL[observed - 1], 0];
-    const place = observed > 4 && row.length > 2 ? 2 * (observed - 4) : 0;
-    return [row[place], row[place + 1]];
+    if (observed > 0 && observed <= 4) return certain[observed - 1][column];
+    const columns = certain[0].length;
+    const place = observed > 4 && row.length > columns ? columns * (observed - 4) : 0;
+    return row[place + column];
+  }
+
+  /** What a layer with a scale shows of a cell at a moment; null where it shows nothing. */
+  value(layer, index, at) {
+    if (layer.of === "speeds") return this.speed(layer, index, at);
+    return this.seenAt[index] <= at ? this.values[layer.column][index] : null;
   }
 
   /** A robot's route, its points in cells from the south-western corner. */
@@ -156,7 +163,7 @@ export class MissionHistory {
     return camera ? camera.radius_m / this.mission.grid.cell_size_m : null;
   }
 
-  addCells({ i, h, at, v }) {
+  addCells({ i, h, at, v, values = [] }) {
     let [index, date] = [0, 0];
     let { left, right, bottom, top } = this.fresh ?? { left: Infinity, right: -1, bottom: Infinity, top: -1 };
     for (let n = 0; n < i.length; n += 1) {
@@ -166,6 +173,7 @@ export class MissionHistory {
       this.seenAt[index] = date;
       this.flags[index] = h[n] & 3;
       if (v && this.observed) this.observed[index] = v[n];
+      values.forEach((column, place) => { this.values[place][index] = column[n]; });
       const heightM = Math.floor(h[n] / 4) / 1e3;
       this.heights[index] = heightM;
       this.low = Math.min(this.low, heightM);

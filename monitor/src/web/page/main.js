@@ -2,7 +2,8 @@
 
 import { MissionHistory } from "./history.js";
 import { drawBar, drawHistogram, drawHistory, drawLine } from "./charts.js";
-import { LAYERS, MapView, ROBOTS, drawRamp } from "./map.js";
+import { MapView, ROBOTS, drawRamp } from "./map.js";
+import { GROUND } from "./palette.js";
 import { duration } from "./scale.js";
 import { SpaceView } from "./space.js";
 import { ACTIONS, STALE_HOPS, WhyView } from "./why.js";
@@ -139,32 +140,31 @@ function beginMission(mission) {
   [...TEXTS.keys()].filter((id) => id.startsWith("stage-")).forEach((id) => TEXTS.delete(id));
 }
 
-/** The layers of this mission, and which of them is shown: over uncertain ground how fast it is expected to be. */
+/** The layers of this mission, and which of them is shown: at first the one that the monitor says. */
 function chooseLayers(known) {
   const layers = map.layers();
-  by("layer").replaceChildren(...layers.map((layer) => make("option", { value: layer, textContent: LAYERS[layer].name })));
+  by("layer").replaceChildren(...layers.map(({ name, menu }) => make("option", { value: name, textContent: menu })));
   by("layer-choice").hidden = layers.length < 2;
-  const isKept = known && layers.includes(map.options.layer);
-  const first = ["speed", ...(history.mission.hops ? [] : ["visits"]), "ground"].find((layer) => layers.includes(layer));
-  showLayer(isKept ? map.options.layer : first);
+  const isKept = known && layers.some(({ name }) => name === map.options.layer);
+  showLayer(isKept ? map.shown() : layers.find(({ first }) => first));
   const show = (name, shown) => document.querySelectorAll(name).forEach((key) => { key.hidden = !shown; });
   show(".hopper-key", history.mission.hops);
   show(".team-key", history.robots > 1);
 }
 
 function showLayer(layer) {
-  map.choose(layer);
-  by("layer").value = layer;
-  drawRamp(by("ramp"), LAYERS[layer].ramp);
-  put("unit", LAYERS[layer].unit);
-  by("visits-key").hidden = layer !== "visits";
+  map.choose(layer.name);
+  by("layer").value = layer.name;
+  drawRamp(by("ramp"), layer.ramp ?? GROUND);
+  put("unit", layer.legend);
+  by("visits-key").hidden = layer.look !== "entries";
   by("sand-key").hidden = !history.mission.hops;
   view.dirty = true;
 }
 
 function nextLayer() {
   const layers = map.layers();
-  if (layers.length > 1) showLayer(layers[(layers.indexOf(map.options.layer) + 1) % layers.length]);
+  if (layers.length > 1) showLayer(layers[(layers.indexOf(map.shown()) + 1) % layers.length]);
 }
 
 // What stands beside the map.
@@ -460,7 +460,7 @@ function show() {
   if (history.robots === 1) why.update(at);
   by("why").hidden = history.robots > 1;
   showRobots(at);
-  const { most } = LAYERS[map.options.layer];
+  const { most } = map.shown();
   const [low, high] = most ? [0, most] : map.range;
   const digits = high - low < 1 ? 2 : high - low < 20 ? 1 : 0;
   put("low", (low || 0).toFixed(digits).replace("-", "−"));
@@ -485,7 +485,7 @@ function show() {
   for (const option of ["policy", "values", "follow"]) by(option).setAttribute("aria-pressed", map.options[option]);
   by("log").setAttribute("aria-pressed", view.logarithmic);
   by("contrast").setAttribute("aria-pressed", theme.isStark());
-  by("map").setAttribute("aria-label", `Map as discovered by ${history.decisionWord} ${at}, ${LAYERS[map.options.layer].name}: ${history.mission.hops ? "hopper" : "last robot"} at cell ${history.pose(at).cell.join(", ")}`);
+  by("map").setAttribute("aria-label", `Map as discovered by ${history.decisionWord} ${at}, ${map.shown().menu}: ${history.mission.hops ? "hopper" : "last robot"} at cell ${history.pose(at).cell.join(", ")}`);
 }
 
 // Time.
@@ -585,7 +585,7 @@ function listen() {
   click("back", () => go(moment() - 1));
   click("ahead", () => go(moment() + 1));
   by("moment").addEventListener("input", (event) => { stopReplay(); go(Number(event.target.value)); });
-  by("layer").addEventListener("change", (event) => showLayer(event.target.value));
+  by("layer").addEventListener("change", (event) => showLayer(map.layers().find(({ name }) => name === event.target.value)));
   by("tempo").addEventListener("change", (event) => {
     if (event.target.value) tell({ order: "pace", pace: event.target.value });
     event.target.value = "";

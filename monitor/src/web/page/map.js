@@ -2,7 +2,7 @@
 
 import { contours } from "./contours.js";
 import { UNSEEN } from "./history.js";
-import { BLOCKED, COLLECTED, DARK, GOAL, GROUND, HOPPER, LIGHT, ROUTE, SAND, SPEEDS, SPREADS, START, STRAY, TREASURE, VALUES, ramp } from "./palette.js";
+import { BLOCKED, COLLECTED, DARK, GOAL, GROUND, HOPPER, LIGHT, ROUTE, SAND, START, STRAY, TREASURE, VALUES, ramp } from "./palette.js";
 import { fitted } from "./scale.js";
 import { colour, isStark } from "./theme.js";
 import { STALE_HOPS } from "./why.js";
@@ -26,14 +26,6 @@ const ARC = 0.45;
 const TRAIL = 24;
 const MOVES = 1024;
 
-/** What the map can show, by the layer's name: its ramp, the end of its scale, and the unit. */
-export const LAYERS = {
-  ground: { name: "heights", ramp: GROUND, unit: "m" },
-  visits: { name: "visits", ramp: GROUND, unit: "m" },
-  speed: { name: "expected speed", ramp: SPEEDS, most: 200, unit: "m/Sol expected" },
-  spread: { name: "spread of speed", ramp: SPREADS, most: 100, unit: "m/Sol standard deviation" },
-};
-
 /** Side of the inset with the whole map, pixels. */
 const INSET = 108;
 
@@ -54,7 +46,7 @@ export class MapView {
     this.canvas = canvas;
     this.history = history;
     this.onChange = onChange;
-    this.options = { policy: false, values: false, follow: false, layer: "ground" };
+    this.options = { policy: false, values: false, follow: false, layer: "" };
     this.zoom = 1;
     this.centre = null;
     this.pointer = null;
@@ -102,41 +94,46 @@ export class MapView {
     return true;
   }
 
-  /** The layers that this mission has. */
+  /** The layers that this mission has, as the monitor tells them. */
   layers() {
-    const { mission, robots } = this.history;
-    if (!mission) return [];
-    return ["ground", ...(robots > 1 || !mission.hops ? ["visits"] : []), ...(mission.speeds ? ["speed", "spread"] : [])];
+    return this.history.mission?.layers ?? [];
   }
 
-  /** Shows a layer from now on. */
-  choose(layer) {
-    if (!this.layers().includes(layer)) return;
-    this.options.layer = layer;
+  /** The layer that is shown. */
+  shown() {
+    const layers = this.layers();
+    return layers.find(({ name }) => name === this.options.layer) ?? layers.find(({ first }) => first);
+  }
+
+  /** Shows the layer of a name from now on. */
+  choose(name) {
+    if (!this.layers().some((layer) => layer.name === name)) return;
+    this.options.layer = name;
     this.recolour();
   }
 
-  /** The colour of a cell's expected speed or its spread at a moment, as [r, g, b]. */
-  speedShade(index, at) {
-    const { layer } = this.options;
-    const speed = this.history.speed(index, at);
-    return speed && ramp(LAYERS[layer].ramp, speed[layer === "speed" ? 0 : 1] / LAYERS[layer].most);
+  /** The colour of what a layer with a scale shows of a cell at a moment, as [r, g, b]; null where it shows nothing. */
+  scaleShade(layer, index, at) {
+    const value = this.history.value(layer, index, at);
+    return value === null ? null : ramp(layer.ramp, value / layer.most);
   }
 
-  isOfSpeeds() {
-    return this.options.layer === "speed" || this.options.layer === "spread";
+  /** Whether shades of a scale are shown instead of the relief. */
+  isOfScale() {
+    return this.shown()?.look === "scale";
   }
 
   /** What the whole map is expected to be like under the prior, drawn beneath what was seen. */
   paintPrior() {
     this.priorLayer = null;
-    if (!this.isOfSpeeds() || this.history.speedsKnown === 0) return;
+    const layer = this.shown();
+    if (layer?.of !== "speeds" || this.history.speedsKnown === 0) return;
     const { width, height } = this.history;
     const image = new ImageData(width, height);
     const pixels = new Uint32Array(image.data.buffer);
     for (let index = 0; index < this.history.speedsKnown; index += 1) {
       const [x, y] = [index % width, Math.floor(index / width)];
-      pixels[(height - 1 - y) * width + x] = pixel(this.speedShade(index, -1));
+      pixels[(height - 1 - y) * width + x] = pixel(this.scaleShade(layer, index, -1));
     }
     this.priorLayer = new OffscreenCanvas(width, height);
     this.priorLayer.getContext("2d").putImageData(image, 0, 0);
@@ -180,14 +177,14 @@ export class MapView {
     const [sand, blocked] = [rgb(SAND), rgb(BLOCKED)];
     const relief = 1.6 / Math.max(this.history.mission.grid.cell_size_m, 1e-9);
     const gain = high - low < 4 ? 1.3 : 0.8;
-    const isOfSpeeds = this.isOfSpeeds();
+    const [isOfScale, layer] = [this.isOfScale(), this.shown()];
     for (let y = bottom; y <= top; y += 1) {
       for (let x = left; x <= right; x += 1) {
         const index = y * width + x;
         if (seenAt[index] === UNSEEN) continue;
-        if (isOfSpeeds) {
+        if (isOfScale) {
           // No relief: a shade has to be that of the legend.
-          this.colours[index] = pixel(this.speedShade(index, Infinity) ?? rgb(BLOCKED));
+          this.colours[index] = pixel(this.scaleShade(layer, index, Infinity) ?? rgb(BLOCKED));
           continue;
         }
         const here = heights[index];
@@ -284,10 +281,10 @@ export class MapView {
       context.fillRect(view.left, view.top, view.right - view.left, view.bottom - view.top);
     }
     context.drawImage(this.layer, left, top, history.width * scale, history.height * scale);
-    if (scale >= 5 && !this.isOfSpeeds()) this.drawSand(context, frame, at);
+    if (scale >= 5 && !this.isOfScale()) this.drawSand(context, frame, at);
     const policy = this.policyAt(at);
     if (policy && this.options.values) this.drawValues(context, policy, frame, at);
-    if (this.options.layer === "visits") this.drawVisits(context, frame, at);
+    if (this.shown().look === "entries") this.drawVisits(context, frame, at);
     this.drawContours(context, frame, at);
     if (scale >= 14) this.drawGrid(context, frame, width, height);
     if (policy && this.options.policy) {
@@ -1018,8 +1015,7 @@ export class MapView {
       if (history.flags[index] & 2) words.push("impassable");
       words.push(`seen at ${history.decisionWord} ${history.seenAt[index]}`);
     }
-    const speed = history.mission.speeds && history.speed(index, at);
-    if (speed) words.push(`expected ${speed[0].toFixed(0)} ± ${speed[1].toFixed(0)} m/Sol`);
+    words.push(...this.values(index, at));
     const policy = this.policyAt(at);
     const [x, y] = policy ? [cell[0] - policy.x, cell[1] - policy.y] : [-1, -1];
     if (policy && x >= 0 && y >= 0 && x < policy.width && y < policy.height) {
@@ -1027,6 +1023,17 @@ export class MapView {
       words.push(cell[0] === goal[0] && cell[1] === goal[1] ? "the goal" : `value ${policy.values[y * policy.width + x].toFixed(2)}`);
     }
     return words.join(" · ");
+  }
+
+  /** What the layers with a scale show of a cell at a moment, in words: those of speeds together. */
+  values(index, at) {
+    const words = (layer) => {
+      const value = this.history.value(layer, index, at);
+      return value === null ? [] : [layer.words.replace("{}", value.toFixed(layer.most < 2 ? 2 : layer.most < 20 ? 1 : 0))];
+    };
+    const scales = this.layers().filter(({ look }) => look === "scale");
+    const speeds = scales.filter(({ of }) => of === "speeds").flatMap(words).join(" ");
+    return [...(speeds ? [speeds] : []), ...scales.filter(({ of }) => of === "cells").flatMap(words)];
   }
 
   turnTo(zoom, centre) {

@@ -43,11 +43,6 @@ export const GROUND = Array.from({ length: 64 }, (_, n) => height(n / 63));
 /** Values of a policy, in the manner of viridis, worst first. */
 export const VALUES = [[68, 1, 84], [65, 68, 135], [42, 120, 142], [34, 168, 132], [122, 209, 81], [253, 231, 37]];
 
-/** Expected speeds, slowest first. */
-export const SPEEDS = [[30, 18, 66], [44, 72, 125], [52, 127, 142], [110, 178, 160], [178, 218, 196], [240, 246, 236]];
-/** Spreads of a speed, least first. */
-export const SPREADS = [[253, 248, 225], [242, 170, 84], [96, 30, 90]];
-
 /** A colour of a ramp at `share`, 0 to 1. */
 export function ramp(colours, share) {
   const place = Math.min(Math.max(share, 0), 1) * (colours.length - 1);
