@@ -173,7 +173,9 @@ fn a_rover_that_covers_ground_keeps_off_the_goals_of_hoppers() {
 #[test]
 fn a_hop_that_strays_onto_a_robot_ends_where_it_began() {
     let beside = [rover(1, 2, ""), rover(3, 2, "")];
-    let (crowded, alone) = (world(&[HOPPER, &beside[0], &beside[1]]), world(&[HOPPER]));
+    // A hopper with nobody else is another mission, and none on ground with speeds.
+    let far = rover(7, 5, "");
+    let (crowded, alone) = (world(&[HOPPER, &beside[0], &beside[1]]), world(&[HOPPER, &far]));
     let north = Action::Hop(Direction::North);
     let mut stopped = [0; 2];
     for seed in 0..200 {
@@ -416,7 +418,8 @@ fn each_hopper_hops_by_its_own_law_and_is_guarded_by_it() {
     let text = GROUND.replace("hazard_max = 1.0", "hazard_max = 0.04");
     let north = Action::Hop(Direction::North);
     for (robots, is_vetoed) in [(hopper(1, ""), true), (hopper(1, &hard(0.98, 0.0, 0.01)), false)] {
-        let world = Scenario::parse(&format!("{text}{robots}"), "test").unwrap().resolve().unwrap();
+        let text = format!("{text}{robots}{}", rover(7, 5, ""));
+        let world = Scenario::parse(&text, "test").unwrap().resolve().unwrap();
         let refusal = Host::new(&world, 1).send(0, north);
         assert_eq!(matches!(refusal, Some(Refusal::Vetoed { .. })), is_vetoed, "{refusal:?}");
     }

@@ -559,7 +559,12 @@ const HEADER_TWISTS: &[(&str, HeaderTwist, &[&str])] = &[
     (
         "text.gravity",
         |header| header.resolved = header.resolved.replace("gravity_mps2 = 3.72", "gravity_mps2 = 9.81"),
-        &["brief.robots.0.body.motion.gravity_mps2"],
+        // The first hopper's; where no robot hops, only the hash tells.
+        &[
+            "brief.robots.0.body.motion.gravity_mps2",
+            "brief.robots.2.body.motion.gravity_mps2",
+            "brief.scenario_hash",
+        ],
     ),
     // What the mission is flown on.
     (
