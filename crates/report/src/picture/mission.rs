@@ -93,7 +93,7 @@ impl Picture<'_> {
         self.ground(svg, frame, tiles, (layer, heights));
         self.arrows(svg, frame);
         if self.brief.robots.count() > 1 {
-            self.team(svg, frame);
+            self.team(svg, frame, layer);
         }
         if !self.is_of_hopper() {
             return;

@@ -10,7 +10,7 @@ use super::frame::Frame;
 use super::mission::Picture;
 use super::svg_writer::{Number, SvgWriter};
 use super::symbols;
-use crate::goal_cells;
+use crate::{Layer, goal_cells};
 
 /// Opacity of a cell that was visited once, and what each further visit adds.
 const ONCE: f64 = 0.22;
@@ -19,7 +19,7 @@ const AGAIN: f64 = 0.14;
 impl Picture<'_> {
     /// Draws visits, routes and robots; in a hopper's mission the routes of its helicopters only. A robot is shown where its
     /// last decision left it; one that has not decided yet is not on the route.
-    pub(super) fn team(&self, svg: &mut SvgWriter, frame: &Frame) {
+    pub(super) fn team(&self, svg: &mut SvgWriter, frame: &Frame, layer: Layer) {
         let announced = self.announcements();
         let places = Places::of(self, frame, &announced);
         let mut visits: BTreeMap<Cell, u32> = BTreeMap::new();
@@ -45,7 +45,7 @@ impl Picture<'_> {
             }
         }
         let side = Number(frame.pitch * 0.8);
-        let shows_visits = !is_of_hopper && self.speeds.is_empty();
+        let shows_visits = !is_of_hopper && self.speeds.is_empty() && layer.range().is_none();
         if shows_visits {
             for (&cell, &count) in &visits {
                 let (x, y) = frame.centre(cell);
