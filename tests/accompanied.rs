@@ -72,7 +72,7 @@ fn planners_and_teams_that_cannot_be_are_refused_by_name() {
     let text = include_str!("../scenarios/hopper-scout.toml");
     let hopper = "[[robots]]\nbody = \"hopper\"\nplanner = \"mdp\"\n";
     for (old, new, need) in [
-        (hopper, "", "robots.body: need at least one robot that hops or drives"),
+        (hopper, "", "brief.start: need none, since no robot takes its start from there"),
         (hopper, &hopper.repeat(2), "robots.start: need a cell of its own for each robot on the ground"),
         ("body = \"helicopter\"", "body = \"rover\"", "unknown field `budget_m`"),
         ("budget_m = 150.0", "budget_m = -1.0", "robots.budget_m: need 0 to 1e6 m, got -1"),

@@ -479,7 +479,7 @@ fn nothing_is_asked_of_a_mission_without_routes() {
 /// P-CONTRAST. The page draws its symbols with the same rims.
 #[test]
 fn the_page_draws_in_the_colours_of_the_pictures() {
-    use report::picture::colour;
+    use report::colour;
     let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
     let read = |file: &str| std::fs::read_to_string(root.join("monitor/src/web/page").join(file)).unwrap();
     let palette = read("palette.js");

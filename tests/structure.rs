@@ -378,6 +378,22 @@ fn ci_checks_the_dependencies_and_every_waiver_has_a_reason() {
     assert!(waived > 0, "{config}");
 }
 
+/// A new body changes its files in `oracle/`, and nothing of what checks the protocol.
+#[test]
+fn the_checker_names_no_body() {
+    let mut files = sources("crates/simulation/src/checker");
+    files.extend(["checker.rs", "model.rs"].map(|file| root().join("crates/simulation/src").join(file)));
+    let words =
+        ["hopper", "rover", "driver", "helicopter", "scouts", "robots::", "body::", "goal::", "account::"];
+    for file in files {
+        let text = read(&file).to_lowercase();
+        // The process has its name of a body.
+        let text = text.replace("hopper-sim", "").replace("hopper_sim", "").replace("hoppersim", "");
+        let named = words.iter().find(|word| text.contains(**word));
+        assert!(named.is_none(), "{} names {named:?}", file.display());
+    }
+}
+
 #[test]
 fn every_path_that_the_architecture_names_exists() {
     let text = read("ARCHITECTURE.md");

@@ -26,7 +26,8 @@ pub struct Args {
     #[arg(long, default_value = "0..2000", value_name = "A..B")]
     seeds: Seeds,
     /// Whose missions: those of a hopper, of two or three rovers that cover ground, of a rover that helicopters scout for, of a
-    /// hopper that they accompany, or of two to five robots of any kind.
+    /// hopper that they accompany, of two to five robots of any kind, or of a hopper whose hops land where they are meant to, on
+    /// flat ground.
     #[arg(long, value_enum, default_value_t, value_name = "WHOSE")]
     missions: Whose,
     /// Seeds at once [default: one a core].
@@ -46,6 +47,7 @@ enum Whose {
     Scouts,
     Accompanied,
     Mixed,
+    Protocol,
 }
 
 impl From<Whose> for Missions {
@@ -56,6 +58,7 @@ impl From<Whose> for Missions {
             Whose::Scouts => Missions::Scouts,
             Whose::Accompanied => Missions::Accompanied,
             Whose::Mixed => Missions::Mixed,
+            Whose::Protocol => Missions::Protocol,
         }
     }
 }

@@ -10,6 +10,7 @@
 
 #![warn(clippy::disallowed_methods)]
 
+pub mod colour;
 pub mod decisions;
 pub mod ending;
 pub mod error;

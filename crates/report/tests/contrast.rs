@@ -1,6 +1,6 @@
 //! Symbols stand out on any ground.
 
-use report::picture::colour::{BLOCKED, DARK, GOAL, HOPPER, LIGHT, NOTHING, SAND, contrast, height_rgb, rgb};
+use report::colour::{BLOCKED, DARK, GOAL, HOPPER, LIGHT, NOTHING, SAND, contrast, height_rgb, rgb};
 
 /// `share` of `over` on `under`.
 fn mixed(under: [u8; 3], over: [u8; 3], share: f64) -> [u8; 3] {

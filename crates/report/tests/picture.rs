@@ -331,7 +331,7 @@ impl Scouted {
 /// scale, beneath announced and travelled routes.
 #[test]
 fn a_picture_of_uncertain_ground_shows_expected_speed_and_spread_beneath_the_routes() {
-    use report::picture::colour::{SPEEDS, SPREADS, ramp};
+    use report::colour::{SPEEDS, SPREADS, ramp};
     let scouted = Scouted::new();
     let picture = scouted.picture();
     let drawn = picture.svg().unwrap();
@@ -393,7 +393,7 @@ fn a_picture_of_a_team_shows_each_robot_and_the_visits() {
     for word in ["0", "1", "robot 0", "robot 1", "visited, darker the more often"] {
         assert!(texts.contains(&word), "{word}: {texts:?}");
     }
-    for colour in [report::picture::colour::robot(0), report::picture::colour::robot(1)] {
+    for colour in [report::colour::robot(0), report::colour::robot(1)] {
         assert!(drawn.contains(&colour), "{colour}");
     }
     assert!(!texts.contains(&"goal"), "rovers that cover ground have none");

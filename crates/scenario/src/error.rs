@@ -224,3 +224,8 @@ impl ScenarioError {
         self
     }
 }
+
+/// The refusal of a value.
+pub(crate) fn refuse<T>(field: &'static str, need: &'static str, got: String) -> Result<T, ScenarioError> {
+    Err(ScenarioError::Value { field, need, got })
+}

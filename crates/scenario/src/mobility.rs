@@ -8,7 +8,7 @@ use rover::{Lattice, Point, Speed, SpeedDistribution, Surface, TerrainClass, spe
 use terrain::Terrain;
 
 use crate::ScenarioError;
-use crate::robots::refuse;
+use crate::error::refuse;
 use crate::shape::Shaped;
 use crate::truth::{Layer, Mobility};
 

@@ -16,8 +16,9 @@ use sha2::{Digest as _, Sha256};
 use terrain::{Rectangle, Relief, Sand, Terrain, TerrainError};
 
 use crate::bounds::in_range;
+use crate::error::refuse;
 use crate::resolved::{ResolvedScenario, canonical, hash};
-use crate::robots::{Design, refuse};
+use crate::robots::Design;
 use crate::shape::{Shaped, grid};
 use crate::truth::Mobility;
 use crate::{Passages, Robot, Scatter, Scenario, ScenarioError, Surveyed, TerrainSource, Warning};

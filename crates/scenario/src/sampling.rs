@@ -7,7 +7,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::ScenarioError;
-use crate::robots::refuse;
+use crate::error::refuse;
 
 /// Samples of the planners of routes, and stages; only with a driver.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]

@@ -2,7 +2,7 @@
 //! without shared memory, quick to build from a changed tree.
 //!
 //! `cargo run --release -p simulation --example seeds -- 0..5000`, with `rovers`, `scouts`, `accompanied` or `mixed` behind it those of
-//! several robots
+//! several robots, and with `protocol` those of a hopper that nothing surprises
 //!
 //! The last line is for programs too: `seed N breaks: PROMISE: DETAIL` with exit code 1, or anything with exit code 0; with
 //! exit code 3 no promise was broken, but a rare event never came up that should have.
@@ -33,6 +33,7 @@ fn main() -> ExitCode {
         ("scouts", Missions::Scouts),
         ("accompanied", Missions::Accompanied),
         ("mixed", Missions::Mixed),
+        ("protocol", Missions::Protocol),
     ];
     let missions =
         several.into_iter().find(|(word, _)| asked(word)).map_or(Missions::Hopper, |(_, whose)| whose);

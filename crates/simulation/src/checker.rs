@@ -38,11 +38,11 @@ use crate::claims::Claims;
 use crate::coverage::Coverage;
 use crate::expected::first_digest;
 use crate::life::Life;
+use crate::model::{Counter, Model};
 use crate::offers::Offers;
 use crate::play::Play;
 use crate::reservation::Reservations;
-use crate::robots::Robots;
-use crate::setup::{self, Setup};
+use crate::setup::{self, Missions, Setup};
 use crate::violation::Violation;
 
 /// What a command is known by.
@@ -50,12 +50,12 @@ type Sent = (RunId, RobotId, Incarnation, Decision, Digest, Term, u32, u64);
 
 /// Sees every message, every commit and every reader's map, and holds them to the promises.
 #[derive(Debug)]
-pub struct Checker {
+pub(crate) struct Checker<M> {
     mission: Mission,
     opening: State,
     records: Vec<Record>,
     /// All robots after those records.
-    robots: Robots,
+    model: M,
     succession: Succession,
     sent: BTreeSet<Sent>,
     maps: SeenMaps,
@@ -78,20 +78,20 @@ pub struct Checker {
     violation: Option<Violation>,
 }
 
-impl Checker {
-    /// Checks the first mission of `setup` from its start.
+impl<M: Model> Checker<M> {
+    /// Checks the first mission of `setup` from its start, by its model.
     #[must_use]
-    pub fn new(setup: &Setup) -> Self {
-        Self::of(&setup.mission, Pacing::begin(setup.control, setup.pace))
+    pub fn new(setup: &Setup, model: M) -> Self {
+        Self::of(&setup.mission, model, Pacing::begin(setup.control, setup.pace))
     }
 
-    fn of(mission: &Mission, pacing: Pacing) -> Self {
+    fn of(mission: &Mission, model: M, pacing: Pacing) -> Self {
         let start = *Arbiter::new(mission.clone(), None, Pace::Max, 0, MonotonicNs(0)).state();
         let opening = State { digest: first_digest(&mission.brief, mission.seed), ..start };
         let mut checker = Self {
             opening,
             records: Vec::new(),
-            robots: Robots::begin(mission),
+            model,
             succession: Succession::default(),
             sent: BTreeSet::new(),
             maps: SeenMaps::unseen(&mission.brief),
@@ -109,14 +109,14 @@ impl Checker {
             violation: None,
             mission: mission.clone(),
         };
-        checker.robots.open(&mission.brief, &mission.terrain, &mut checker.maps.expected);
+        checker.model.see(None, &mut checker.maps.expected);
         checker.maps.mapped_at(opening.digest);
         checker
     }
 
     /// Another mission begins; what was seen of the old one stays valid for its stragglers.
     pub fn begin(&mut self, mission: &Mission) {
-        let new = Self::of(mission, self.pacing.clone());
+        let new = Self::of(mission, self.model.anew(mission), self.pacing.clone());
         let old = std::mem::replace(self, new);
         self.sent = old.sent;
         self.maps.keep(old.maps);
@@ -126,7 +126,6 @@ impl Checker {
         self.offers = old.offers;
         self.sim = old.sim;
         self.violation = old.violation;
-        self.robots.scouts_mut().keep_announced(old.robots.scouts());
     }
 
     /// What was violated first, if anything was.
@@ -158,14 +157,24 @@ impl Checker {
         self.records.last().map_or(self.opening.status, |record| record.status)
     }
 
+    /// All robots after the records so far.
+    pub(crate) fn model(&self) -> &M {
+        &self.model
+    }
+
+    /// Rare events that `record` shows, which is about to be committed.
+    pub(crate) fn events(&self, missions: Missions, record: &Record) -> Vec<Counter> {
+        self.model.events(missions, record, &self.records)
+    }
+
     /// Whose turn it is.
     pub(crate) fn due(&self) -> RobotId {
-        self.robots.scouts().due()
+        self.model.due()
     }
 
     /// An action of the robot that is due which the guard should veto.
     pub(crate) fn blocked_action(&self) -> Option<Action> {
-        self.robots.blocked_action(&self.mission)
+        self.model.blocked_action()
     }
 
     /// Who commands the robot that is due.
@@ -176,7 +185,7 @@ impl Checker {
 
     /// Who commands a robot.
     pub(crate) fn leader_of(&self, robot: RobotId) -> Leader {
-        self.robots.leader(robot)
+        self.model.leader(robot)
     }
 
     /// Takes note of a violation; the first counts.
@@ -221,14 +230,14 @@ impl Checker {
             return;
         }
         let chance = Chance::new(chance.bits(), "play");
-        if let Some(violation) = Play::new(&self.mission, arbiter, &self.robots, chance, now).run(coverage) {
+        if let Some(violation) = Play::new(&self.mission, arbiter, &self.model, chance, now).run(coverage) {
             self.violate(violation.rule, || violation.detail);
         }
     }
 
     /// The hop of `record`, which was committed, is in the air.
     pub(crate) fn launched(&mut self, record: &Record, now: MonotonicNs) {
-        let lasts_ns = self.robots.lasts_ns(&self.mission, &record.outcome);
+        let lasts_ns = self.model.lasts_ns(&record.outcome);
         self.pacing.tempo.committed(lasts_ns, now);
     }
 

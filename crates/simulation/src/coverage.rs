@@ -46,9 +46,16 @@ pub struct Sometimes {
     pub seeds: u64,
 }
 
-const ALL: &[Missions] =
-    &[Missions::Hopper, Missions::Rovers, Missions::Scouts, Missions::Accompanied, Missions::Mixed];
+const ALL: &[Missions] = &[
+    Missions::Hopper,
+    Missions::Rovers,
+    Missions::Scouts,
+    Missions::Accompanied,
+    Missions::Mixed,
+    Missions::Protocol,
+];
 const HOPPER: &[Missions] = &[Missions::Hopper];
+const ALONE: &[Missions] = &[Missions::Hopper, Missions::Protocol];
 const ROVERS: &[Missions] = &[Missions::Rovers];
 const SCOUTS: &[Missions] = &[Missions::Scouts];
 const ACCOMPANIED: &[Missions] = &[Missions::Accompanied];
@@ -76,7 +83,7 @@ pub const SOMETIMES: &[Sometimes] = &[
     sometimes("run", "after_the_end", ALL, 500),
     sometimes("map", "asked_again", ALL, 2_000),
     sometimes("journal", "replaced_before", ALL, 500),
-    sometimes("journal", "replaced_after", HOPPER, 500),
+    sometimes("journal", "replaced_after", ALONE, 500),
     sometimes("journal", "resumed_beyond_a_page", ALL, 2_000),
     sometimes("past", "page_beyond_the_first", ALL, 500),
     sometimes("reservation", "two_robots_kept", MEETING, 2_000),
@@ -88,7 +95,7 @@ pub const SOMETIMES: &[Sometimes] = &[
     sometimes("stayed", "planner", ALL, 500),
     sometimes("stayed", "perception", ALL, 500),
     sometimes("stayed", "monitor", ALL, 500),
-    sometimes("fallback", "policy", HOPPER, 2_000),
+    sometimes("fallback", "policy", ALONE, 2_000),
     sometimes("rovers", "stranded", ROVERS, 500),
     sometimes("rovers", "another_leads", ROVERS, 500),
     sometimes("rovers", "two_led_by_one", ROVERS, 500),

@@ -2,8 +2,8 @@
 //! what gradients follow from it, the fingerprint of a map, and the digest chain.
 
 use contract::{
-    Account, Brief, Cell, Digest, DriveSpeed, Goal, GradientSource, Grid, Ground, Pose, Profile, Record,
-    Robot, Sensor, SensorParameters, Soil,
+    Account, Brief, Cell, Digest, DriveSpeed, GradientSource, Ground, Pose, Profile, Record, Robot, Sensor,
+    SensorParameters, Soil,
 };
 use sha2::{Digest as _, Sha256};
 use terrain::Terrain;
@@ -150,18 +150,6 @@ fn gradient_of(brief: &Brief) -> GradientSource {
         Sensor::Square(_) | Sensor::Track(_) | Sensor::Camera(_) | Sensor::ErringCamera(_) => None,
     };
     brief.robots.iter().find_map(of_sensor).unwrap_or(GradientSource::Measured)
-}
-
-/// The cell to which `robot` is to go after so many visits, if it goes to cells.
-pub(crate) fn goal_cell(grid: &Grid, robot: &Robot, visits: u64) -> Option<Cell> {
-    match robot.goal {
-        Goal::Reach(reach) => {
-            let along = |metres: f64| (metres / grid.cell_size_m).floor() as i32;
-            Some(Cell::new(along(reach.at.x_m), along(reach.at.y_m)))
-        }
-        Goal::Visit(visit) => Some(visit.goals()[visits as usize % visit.goals().len()]),
-        Goal::Cover(_) | Goal::LookAhead(_) => None,
-    }
 }
 
 /// Indices of the cells that a hopper with such a sensor sees from `pose`.

@@ -279,7 +279,7 @@ impl Forgery {
     #[must_use]
     pub fn of(missions: Missions) -> &'static [Forgery] {
         let count = match missions {
-            Missions::Hopper => 9,
+            Missions::Hopper | Missions::Protocol => 9,
             Missions::Rovers => 12,
             Missions::Scouts | Missions::Accompanied | Missions::Mixed => Self::ALL.len(),
         };
@@ -445,7 +445,7 @@ fn kind(missions: Missions, seed: u64, chance: &mut Chance) -> Kind {
         30 => Kind::ForeignBuild { seat: missions.seat(seed, chance) },
         33 | 34 => Kind::LoseTail { records: chance.between(1, 6), restart_ns },
         // Flown on elsewhere is a hopper's journal only: each robot would need a planner and a term of its own there.
-        35 | 36 if missions != Missions::Hopper => {
+        35 | 36 if ![Missions::Hopper, Missions::Protocol].contains(&missions) => {
             Kind::LoseTail { records: chance.between(1, 6), restart_ns }
         }
         35 | 36 => Kind::Elsewhere {

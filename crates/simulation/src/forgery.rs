@@ -1,7 +1,7 @@
 //! Commands that no planner of the mission would send.
 
 use crate::fault::Forgery;
-use crate::scouts::Scouts;
+use crate::model::Model;
 use crate::setup;
 use crate::world::World;
 use contract::{
@@ -56,7 +56,7 @@ pub(crate) fn forge(world: &mut World, forgery: Forgery) {
         Forgery::Usurped => Ok(Command { term: held, ..forged }),
         Forgery::Malformed => Err(Refusal::malformed("action", "0 to 4", 9)),
         Forgery::Kind | Forgery::UnknownRoute | Forgery::RouteElsewhere | Forgery::BeyondBudget => {
-            match forged_route(checker.scouts(), forgery) {
+            match forged_route(checker.model(), forgery) {
                 Some((action, points)) => {
                     route = points;
                     Ok(Command { action, ..forged })
@@ -92,14 +92,14 @@ pub(crate) fn forge(world: &mut World, forgery: Forgery) {
 }
 
 /// An action that the robot that is due must not take, and the points of the route that it names.
-fn forged_route(scouts: &Scouts, forgery: Forgery) -> Option<(Action, Option<Route>)> {
-    let (at, left_m) = scouts.due_at();
+fn forged_route(model: &impl Model, forgery: Forgery) -> Option<(Action, Option<Route>)> {
+    let at = model.at();
     let route = |points: Vec<Waypoint>| {
         let route = Route::new(points).ok()?;
         Some((Action::Announce(route.id()), Some(route)))
     };
     match forgery {
-        Forgery::Kind => Some((if left_m.is_some() { Action::Drive } else { Action::Fly }, None)),
+        Forgery::Kind => Some((model.foreign_action(), None)),
         Forgery::UnknownRoute => Some((Action::Announce(RouteId(9)), None)),
         Forgery::RouteElsewhere => {
             let x_m = if at.x_m > 2.0 { at.x_m - 1.0 } else { at.x_m + 1.0 };
@@ -107,7 +107,7 @@ fn forged_route(scouts: &Scouts, forgery: Forgery) -> Option<(Action, Option<Rou
         }
         Forgery::BeyondBudget => {
             let there = Waypoint { x_m: if at.x_m > 5.0 { at.x_m - 4.0 } else { at.x_m + 4.0 }, ..at };
-            let legs = (left_m? / 4.0) as usize + 1;
+            let legs = (model.budget_left_m()? / 4.0) as usize + 1;
             route((0..=legs).map(|leg| if leg % 2 == 0 { at } else { there }).collect())
         }
         _ => None,

@@ -2,7 +2,7 @@
 //!
 //! [`simulation`] runs them with a plan of faults ([`fault`]): messages lost, doubled, late or out of order, processes killed or
 //! stopped anywhere, a write to the journal cut at any byte, a full disk, rival planners, orders from a screen, a process
-//! of another build, another mission in the midst of one, a loss of power, a wall clock that jumps. The [`checker`]
+//! of another build, another mission in the midst of one, a loss of power, a wall clock that jumps. The checker
 //! compares everything with the promises; then the faults stop, and the mission must end with the digest that lockstep
 //! gives the same planners.
 //!
@@ -16,27 +16,26 @@
 #![warn(clippy::disallowed_methods)]
 
 pub mod chance;
-pub mod checker;
+mod checker;
 mod claims;
 pub mod coverage;
-mod covered;
 pub mod disk;
 mod expected;
 pub mod fault;
 mod figures;
 mod forgery;
 mod life;
+mod model;
 mod observations;
 mod observed;
 mod offers;
+mod oracle;
 mod play;
 mod ports;
 mod recorded;
 mod reservation;
-mod robots;
 mod route_memory;
-mod rovers;
-mod scouts;
+mod routes;
 mod screen;
 pub mod setup;
 pub mod shrink;
@@ -44,6 +43,7 @@ pub mod simulation;
 mod stamps;
 pub mod stream;
 mod tempo;
+mod testing_model;
 pub mod violation;
 mod work_loops;
 mod world;

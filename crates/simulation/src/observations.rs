@@ -4,9 +4,9 @@ use std::any::Any;
 
 use contract::limits::PAST_PAGE_RECORDS;
 use contract::{
-    Action, Announcement, Branch, Brief, Command, Control, Heartbeat, Incarnation, MapPage, MapPatch,
-    MapRequest, Message, MonotonicNs, Order, Pacing, PastPage, PastRequest, Policy, PriorPage, PriorRequest,
-    Record, Role, RoutePage, RouteRequest, State, Team, TruthPage, TruthRequest,
+    Action, Announcement, Brief, Command, Control, Heartbeat, Incarnation, MapPage, MapPatch, MapRequest,
+    Message, MonotonicNs, Order, Pacing, PastPage, PastRequest, Policy, PriorPage, PriorRequest, Record,
+    Role, RoutePage, RouteRequest, State, Team, TruthPage, TruthRequest,
 };
 use planner::Situation;
 use recording::{Recording, last_run};
@@ -14,6 +14,7 @@ use recording::{Recording, last_run};
 use crate::checker::Known;
 use crate::life::Life;
 use crate::life::Pass;
+use crate::model::Model;
 use crate::recorded::decisions_recorded;
 use crate::setup::Missions;
 use crate::stream::Asked;
@@ -21,21 +22,19 @@ use crate::stream::Stream;
 use crate::world::MS;
 use crate::world::World;
 
-mod mixed;
-mod scouts;
+mod routes;
 
 impl World {
     /// The checker looks at what the journal has just taken.
     pub fn check_commit(&mut self, life: &Life) {
         let Some(frame) = self.disk.take_write() else { return };
         let Some(record) = hopper_sim::journal::record_of(&frame) else { return };
-        self.count_rovers(&record);
-        self.count_scouts(&record);
-        self.count_mixed(&record);
+        let events = self.checker.events(self.setup.missions, &record);
+        events.into_iter().for_each(|(group, name)| self.coverage.count(group, name));
         self.checker.executed(&record);
         let treasures = self.checker.treasures_known();
         self.checker.committed(&record);
-        if self.checker.scouts().is_all_waiting() {
+        if self.checker.model().is_all_waiting() {
             self.coverage.count("ended", "while_all_wait");
         }
         let now = self.monotonic();
@@ -64,25 +63,6 @@ impl World {
                     "committed: decision {decision}, robot {robot}, {action}, by {planner} in term {term}"
                 )
             });
-        }
-    }
-
-    /// Rare events among several robots that a record shows.
-    pub fn count_rovers(&mut self, record: &Record) {
-        if self.setup.missions != Missions::Rovers {
-            return;
-        }
-        if record.outcome.branch == Branch::Stranded {
-            self.coverage.count("rovers", "stranded");
-        }
-        let robots = &self.setup.mission.brief.robots;
-        let others = robots.numbered().map(|(robot, _)| robot).filter(|robot| *robot != record.robot);
-        let mut leaders =
-            others.map(|robot| self.checker.leader_of(robot)).filter(|leader| leader.term.0 > 0);
-        if leaders.any(|leader| leader.incarnation == record.leader.incarnation) {
-            self.coverage.count("rovers", "two_led_by_one");
-        } else if self.checker.leader_of(record.robot).incarnation != record.leader.incarnation {
-            self.coverage.count("rovers", "another_leads");
         }
     }
 
@@ -202,7 +182,7 @@ impl World {
             contract::Leader { term: command.term, incarnation: command.incarnation, ..Default::default() };
         let of_team = || life.leader_in_team(command);
         let (leader, since) = match (is_known, is_behind, self.setup.missions) {
-            (true, _, Missions::Hopper) => life.leader_seen.get(),
+            (true, _, Missions::Hopper | Missions::Protocol) => life.leader_seen.get(),
             (true, _, _) => of_team().unwrap_or((itself, now)),
             (false, true, _) => (itself, now),
             (false, false, _) => (contract::Leader::default(), life.leader_seen.get().1),

@@ -2,15 +2,15 @@
 //! and what would come of it with what should. So robots are led where no planner leads them, such as onto one that is at rest.
 
 use contract::{
-    Action, Announcement, Brief, Command, Decision, Incarnation, MonotonicNs, Record, RobotId, Route, RunId,
-    State, Term, Waypoint,
+    Action, Announcement, Command, Decision, Incarnation, MonotonicNs, Record, RobotId, Route, RunId, State,
+    Term, Waypoint,
 };
 use hopper_sim::dynamics::Execution;
 use hopper_sim::{Arbiter, Effect, Event, Mission};
 
 use crate::chance::Chance;
 use crate::coverage::Coverage;
-use crate::robots::Robots;
+use crate::model::Model;
 use crate::violation::Violation;
 
 /// Decisions that are played at most.
@@ -23,11 +23,11 @@ const WAKES_MAX: usize = 64;
 const NOBODY: Incarnation = Incarnation(u64::MAX - 1);
 
 /// A copy of the arbiter, and the robots as they should be.
-pub(crate) struct Play<'a> {
+pub(crate) struct Play<'a, M> {
     mission: &'a Mission,
     run: RunId,
     arbiter: Arbiter,
-    robots: Robots,
+    model: M,
     chance: Chance,
     now: MonotonicNs,
 }
@@ -38,17 +38,11 @@ enum Answer {
     Refused(&'static str),
 }
 
-impl<'a> Play<'a> {
+impl<'a, M: Model> Play<'a, M> {
     /// Begins where the mission stands.
-    pub fn new(
-        mission: &'a Mission,
-        arbiter: &Arbiter,
-        robots: &Robots,
-        chance: Chance,
-        now: MonotonicNs,
-    ) -> Self {
-        let (arbiter, robots) = (arbiter.clone(), robots.clone());
-        Self { mission, run: mission.brief.run, arbiter, robots, chance, now }
+    pub fn new(mission: &'a Mission, arbiter: &Arbiter, model: &M, chance: Chance, now: MonotonicNs) -> Self {
+        let (arbiter, model) = (arbiter.clone(), model.clone());
+        Self { mission, run: mission.brief.run, arbiter, model, chance, now }
     }
 
     /// Plays some decisions; the first promise that would be broken, if one would.
@@ -69,18 +63,18 @@ impl<'a> Play<'a> {
 
     /// Has the robot that is due do something; whether the mission may go on.
     fn decide(&mut self, state: &State, coverage: &mut Coverage) -> Result<bool, Violation> {
-        let robot = self.robots.scouts().due();
-        let (action, route) = self.action(robot);
+        let robot = self.model.due();
+        let (action, route) = self.action();
         if let Some(route) = route {
             let announcement = Announcement { run: self.run, robot, route };
-            self.robots.announce(&announcement);
+            self.model.routes_mut().publish(&announcement);
             self.arbiter.on(Event::Announcement(Ok(announcement)), self.now);
         }
-        let is_blocked = self.robots.blocked(self.mission).has(action);
+        let is_blocked = self.model.blocked().has(action);
         if is_blocked {
             coverage.count("play", if action == Action::Drive { "drive_blocked" } else { "blocked" });
         }
-        let need = if is_blocked { None } else { self.robots.execute(self.mission, state, action) };
+        let need = if is_blocked { None } else { self.model.execute(state, action) };
         let answer = self.command(robot, action, state);
         let violation = |rule, what: String| {
             let decision = state.decision;
@@ -111,12 +105,12 @@ impl<'a> Play<'a> {
                         format!("would end as {got:?}, needs {need:?}"),
                     );
                 }
-                self.robots.committed(self.mission, &record);
+                self.model.committed(&record);
                 if !self.land(record.decision.next()) {
                     return Ok(false);
                 }
                 let state = self.arbiter.state();
-                let team = self.robots.team(self.run, state.decision, state.digest);
+                let team = self.model.team(self.run, state.decision, state.digest);
                 if self.arbiter.team().is_some_and(|told| *told != team) {
                     let got = self.arbiter.team();
                     return violation(
@@ -130,18 +124,18 @@ impl<'a> Play<'a> {
     }
 
     /// What the robot that is due is told to do, with the route that it announces.
-    fn action(&mut self, robot: RobotId) -> (Action, Option<Route>) {
-        let blocked = self.robots.blocked_action(self.mission);
+    fn action(&mut self) -> (Action, Option<Route>) {
+        let blocked = self.model.blocked_action();
         if let Some(action) = blocked
             && self.chance.one_in(2)
         {
             return (action, None);
         }
-        let along = self.mission.brief.robots[usize::from(robot.0)].body.along_route();
+        let along = self.model.along_route();
         match along {
             // Now and then anything, as a planner for robots of another kind would send it.
             _ if self.chance.one_in(8) => (self.chance.pick(&Action::ALL), None),
-            Some(_) if self.chance.one_in(2) => match self.route(robot) {
+            Some(_) if self.chance.one_in(2) => match self.route() {
                 Some(route) => (Action::Announce(route.id()), Some(route)),
                 None => (Action::Hold, None),
             },
@@ -154,14 +148,10 @@ impl<'a> Play<'a> {
     }
 
     /// A route of one leg, best of all onto another robot: no planner would announce it.
-    fn route(&mut self, robot: RobotId) -> Option<Route> {
-        let team = self.arbiter.team()?;
-        let at = team.member(robot)?.travel?.at;
-        let Brief { grid, robots, .. } = &self.mission.brief;
-        let others = robots.numbered().filter(|(other, _)| *other != robot);
-        let on_ground = others.filter(|(_, other)| other.body.is_on_ground());
-        let cells = on_ground.filter_map(|(other, _)| Some(team.member(other)?.at.cell));
-        let cells: Vec<_> = cells.filter(|cell| grid.contains(*cell)).collect();
+    fn route(&mut self) -> Option<Route> {
+        let (at, grid) = (self.model.at(), &self.mission.brief.grid);
+        let mut cells = self.model.others_at();
+        cells.retain(|cell| grid.contains(*cell));
         let to = if !cells.is_empty() && !self.chance.one_in(4) {
             Waypoint::middle_of(grid, self.chance.pick(&cells))
         } else {
@@ -172,7 +162,7 @@ impl<'a> Play<'a> {
     }
 
     fn command(&mut self, robot: RobotId, action: Action, state: &State) -> Answer {
-        let leader = self.robots.leader(robot);
+        let leader = self.model.leader(robot);
         let term = if leader.incarnation == NOBODY { leader.term } else { Term(leader.term.0 + 1) };
         let command = Command {
             run: self.run,

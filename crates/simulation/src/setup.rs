@@ -18,6 +18,7 @@ use crate::chance::Chance;
 mod accompanied;
 pub(crate) mod long;
 mod mixed;
+mod protocol;
 mod scouts;
 
 /// What every small world has in common with the paper's hard ground.
@@ -42,6 +43,8 @@ pub enum Missions {
     Accompanied,
     /// Two to five robots of any kind, each with a goal of its own.
     Mixed,
+    /// A hopper on flat ground whose hops land where they are meant to: only the protocol can go wrong.
+    Protocol,
 }
 
 /// A planner process: its algorithm, and the robots that it commands.
@@ -144,6 +147,7 @@ impl Missions {
             Missions::Scouts => scouts::mission(seed, number),
             Missions::Accompanied => accompanied::mission(seed, number),
             Missions::Mixed => mixed::mission(seed, number),
+            Missions::Protocol => protocol::mission(seed, number),
         };
         // The mission that follows another one is short.
         if long::is_long(seed) && number == 0 {
@@ -155,7 +159,7 @@ impl Missions {
     /// An algorithm, the quick ones more often.
     pub(crate) fn algorithm(self, chance: &mut Chance) -> Name {
         let name = match self {
-            Missions::Hopper => chance.pick(&HOPPER_PLANNERS),
+            Missions::Hopper | Missions::Protocol => chance.pick(&HOPPER_PLANNERS),
             Missions::Rovers => chance.pick(planner::COVER_ALGORITHMS),
             Missions::Scouts => {
                 let of_rover = chance.one_in(2);
@@ -174,7 +178,7 @@ impl Missions {
     /// How many robots the missions of a seed have.
     pub(crate) fn robots(self, seed: u64) -> u16 {
         match self {
-            Missions::Hopper => 1,
+            Missions::Hopper | Missions::Protocol => 1,
             Missions::Mixed => mixed::robots(seed),
             Missions::Rovers if Chance::new(seed, "alone").one_in(8) => 1,
             Missions::Rovers | Missions::Scouts | Missions::Accompanied => {
@@ -203,11 +207,11 @@ impl Missions {
             Missions::Scouts => return scouts::seat(seed, chance),
             Missions::Accompanied => return accompanied::seat(seed, chance),
             Missions::Mixed => return mixed::seat(seed, chance),
-            Missions::Hopper | Missions::Rovers => {}
+            Missions::Hopper | Missions::Rovers | Missions::Protocol => {}
         }
         let planner = self.algorithm(chance);
         let robots = match self {
-            Missions::Hopper => RobotSet::default(),
+            Missions::Hopper | Missions::Protocol => RobotSet::default(),
             _ => RobotSet(chance.between(1, (1 << self.robots(seed)) - 1) as u16),
         };
         Seat { planner, robots }
@@ -219,7 +223,7 @@ impl Missions {
             Missions::Scouts => return scouts::planners(seed, chance),
             Missions::Accompanied => return accompanied::planners(seed, chance),
             Missions::Mixed => return mixed::planners(seed, chance),
-            Missions::Hopper | Missions::Rovers => {}
+            Missions::Hopper | Missions::Rovers | Missions::Protocol => {}
         }
         let count = self.robots(seed);
         let mut left = RobotSet::first(count);

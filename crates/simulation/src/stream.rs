@@ -90,7 +90,7 @@ impl Stream {
             Stream::of::<Answered<contract::RoutePage>>(),
         ];
         let is_used = |stream: &Stream| match missions {
-            Missions::Hopper => !of_routes.contains(stream) && *stream != teams,
+            Missions::Hopper | Missions::Protocol => !of_routes.contains(stream) && *stream != teams,
             Missions::Rovers => !of_routes.contains(stream),
             Missions::Scouts | Missions::Mixed => true,
             Missions::Accompanied => !of_prior.contains(stream),

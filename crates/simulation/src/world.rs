@@ -19,6 +19,7 @@ use crate::coverage::Coverage;
 use crate::disk::Disk;
 use crate::fault::Kind;
 use crate::life::Life;
+use crate::model::Chosen;
 use crate::route_memory::RouteMemory;
 use crate::setup::Setup;
 use crate::stamps::Stamps;
@@ -146,7 +147,7 @@ pub(crate) struct World {
     /// What happens to the next messages, with how many are left.
     link_faults: Vec<(Kind, Stream, u64)>,
     process_faults: Vec<(&'static str, ProcessFault)>,
-    pub checker: Checker,
+    pub checker: Checker<Chosen>,
     pub stamps: Stamps,
     pub coverage: Coverage,
     trace: Option<Vec<Line>>,
@@ -184,7 +185,7 @@ impl World {
             links: BTreeMap::new(),
             link_faults: Vec::new(),
             process_faults: Vec::new(),
-            checker: Checker::new(&setup),
+            checker: Checker::new(&setup, Chosen::of(&setup)),
             stamps: Stamps::default(),
             coverage: Coverage::default(),
             trace: traced.then(Vec::new),

@@ -5,8 +5,8 @@ use monitor::history::{Hop, Hops};
 use ratatui::style::{Color, Style};
 use ratatui::text::{Line, Span};
 use report::Layer;
+use report::colour;
 use report::layers::Look;
-use report::picture::colour;
 
 /// From the darkest to the lightest: without colours the characters tell shades apart.
 const TEXTURES: [[&str; 5]; 2] = [["█·", "▓·", "▒·", "░·", " ·"], ["██", "▓▓", "▒▒", "░░", "  "]];

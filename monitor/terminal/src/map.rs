@@ -7,8 +7,8 @@ use ratatui::style::{Color, Modifier, Style};
 
 use monitor::History;
 use monitor::history::{Hop, Seen, SeenCells};
+use report::colour;
 use report::layers::Look;
-use report::picture::colour;
 use report::{Layer, goal_cells};
 
 use crate::ViewSettings;

@@ -359,7 +359,7 @@ fn hopper_and_goal_stand_out_in_the_terminal() {
         // The text beside the ground has a star too, without a ground of its own.
         let mut on_ground = buffer.content().iter().filter(|cell| cell.bg != Color::Reset);
         let cell = on_ground.find(|cell| cell.symbol() == symbol).unwrap();
-        let contrast = report::picture::colour::contrast(rgb(cell.fg), rgb(cell.bg));
+        let contrast = report::colour::contrast(rgb(cell.fg), rgb(cell.bg));
         assert!(contrast >= 3.0, "{symbol}: {contrast:.2}");
     }
 }

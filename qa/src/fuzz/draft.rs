@@ -286,49 +286,9 @@ fn robots(
     chance: &mut Chance,
     [width, height]: [u32; 2],
 ) -> Vec<String> {
-    let text = |body: Body, has_place: bool, chance: &mut Chance| {
-        let mut robot = format!("body = \"{}\"\n", body.name());
-        if has_place {
-            robot += &format!("start = {}\n", list(&cell(chance, width, height)));
-        }
-        if has_place && matches!(body, Body::Hopper | Body::Driver) {
-            robot += &format!("goal = {}\n", list(&cell(chance, width, height)));
-        }
-        let heading = chance.pick(&["north", "east", "south", "west"]);
-        if matches!(body, Body::Hopper | Body::Rover) {
-            robot += &format!("heading = \"{heading}\"\n");
-        }
-        let flies_for_rover = drives && !chance.one_in(4);
-        let planner = match body {
-            Body::Hopper => chance.pick(planner::ALGORITHMS),
-            Body::Driver => chance.pick(planner::DRIVE_ALGORITHMS),
-            Body::Rover => chance.pick(planner::COVER_ALGORITHMS),
-            Body::Helicopter if kind == Kind::Scouts || kind == Kind::Mixed && flies_for_rover => {
-                chance.pick(planner::FLY_ALGORITHMS)
-            }
-            Body::Helicopter => planner::AHEAD_ALGORITHMS[0],
-        };
-        robot += &format!("planner = \"{planner}\"\n");
-        match body {
-            Body::Helicopter => {
-                robot += &format!(
-                    "speed_mps = {:?}\nbudget_m = {:?}\nview_radius_m = {:?}",
-                    chance.pick(&[0.2, 1.0, 5.0]),
-                    chance.pick(&[0.0, 5.0, 20.0, 100.0]),
-                    chance.pick(&[0.8, 2.0, 5.0])
-                );
-            }
-            Body::Rover => {
-                robot += &format!(
-                    "speed_mps = {:?}\nsensor_range_cells = {}\ngoal = {}",
-                    chance.pick(&[0.1, 0.3, 0.5]),
-                    chance.between(1, 3),
-                    cover.unwrap_or("{ cover = 100 }")
-                );
-            }
-            Body::Hopper | Body::Driver => {}
-        }
-        robot
+    let text = |body, has_place, chance: &mut Chance| {
+        let flies_for = (kind, drives);
+        robot(body, if has_place { Some([width, height]) } else { None }, flies_for, cover, chance)
     };
     let count = chance.between(1, 4);
     match kind {
@@ -353,6 +313,58 @@ fn robots(
             })
             .collect(),
     }
+}
+
+/// One section of `[[robots]]`; with start, and with the goal of one that has a cell to go to, somewhere on a map of that size.
+fn robot(
+    body: Body,
+    place: Option<[u32; 2]>,
+    (kind, drives): (Kind, bool),
+    cover: Option<&str>,
+    chance: &mut Chance,
+) -> String {
+    let mut robot = format!("body = \"{}\"\n", body.name());
+    if let Some([width, height]) = place {
+        robot += &format!("start = {}\n", list(&cell(chance, width, height)));
+        if matches!(body, Body::Hopper | Body::Driver) {
+            robot += &format!("goal = {}\n", list(&cell(chance, width, height)));
+        }
+    }
+    let heading = chance.pick(&["north", "east", "south", "west"]);
+    if matches!(body, Body::Hopper | Body::Rover) {
+        robot += &format!("heading = \"{heading}\"\n");
+    }
+    let flies_for_rover = drives && !chance.one_in(4);
+    let planner = match body {
+        Body::Hopper => chance.pick(planner::ALGORITHMS),
+        Body::Driver => chance.pick(planner::DRIVE_ALGORITHMS),
+        Body::Rover => chance.pick(planner::COVER_ALGORITHMS),
+        Body::Helicopter if kind == Kind::Scouts || kind == Kind::Mixed && flies_for_rover => {
+            chance.pick(planner::FLY_ALGORITHMS)
+        }
+        Body::Helicopter => planner::AHEAD_ALGORITHMS[0],
+    };
+    robot += &format!("planner = \"{planner}\"\n");
+    match body {
+        Body::Helicopter => {
+            robot += &format!(
+                "speed_mps = {:?}\nbudget_m = {:?}\nview_radius_m = {:?}",
+                chance.pick(&[0.2, 1.0, 5.0]),
+                chance.pick(&[0.0, 5.0, 20.0, 100.0]),
+                chance.pick(&[0.8, 2.0, 5.0])
+            );
+        }
+        Body::Rover => {
+            robot += &format!(
+                "speed_mps = {:?}\nsensor_range_cells = {}\ngoal = {}",
+                chance.pick(&[0.1, 0.3, 0.5]),
+                chance.between(1, 3),
+                cover.unwrap_or("{ cover = 100 }")
+            );
+        }
+        Body::Hopper | Body::Driver => {}
+    }
+    robot
 }
 
 /// What a robot of a draft is.

@@ -1,7 +1,7 @@
 //! A policy as arrows of points around the robot that it is for.
 
 use contract::{Action, Brief, Cell, Direction, ObservedMap, Policy};
-use report::picture::colour;
+use report::colour;
 
 use super::middle;
 use super::point_cloud::{Cloud, Point};

@@ -1,7 +1,7 @@
 //! The seen cells as points: heights as in the pictures, sand greyer, impassable ground dark.
 
 use contract::{Ground, ObservedMap, Soil};
-use report::picture::colour;
+use report::colour;
 
 use super::point_cloud::{Cloud, Point};
 use crate::proto::foxglove::PointCloud;

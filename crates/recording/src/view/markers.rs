@@ -1,6 +1,6 @@
 //! Robots and goals as posts of points that stand out on any ground: bright and dark by turns.
 
-use report::picture::colour;
+use report::colour;
 
 use super::point_cloud::{Cloud, Point};
 

@@ -78,7 +78,7 @@ impl Speeds {
 mod tests {
     use super::*;
     use contract::{DriveSpeed, Grid, Ground, RobotId, RunId, SpeedPrior};
-    use report::picture::colour;
+    use report::colour;
 
     /// P-VIEWERS-SPEED: Recordings show every cell of uncertain ground with its expected speed, and
     /// the spread beside the map.

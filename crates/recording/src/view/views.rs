@@ -8,8 +8,8 @@ use contract::{
 };
 use prost::Message as _;
 use report::Layer;
+use report::colour;
 use report::layers::{Look, Value};
-use report::picture::colour;
 
 use super::point_cloud::{Cloud, Point};
 use super::speeds::Speeds;

@@ -5,7 +5,7 @@
 
 use contract::{Brief, Ground, Range};
 
-use crate::picture::colour;
+use crate::colour;
 
 /// Declares the module of each layer, and the list of them in the order of the lines.
 macro_rules! layers {

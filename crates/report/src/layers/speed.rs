@@ -1,7 +1,7 @@
 //! Expected speed of a driving rover, under what was observed.
 
 use super::{Definition, Look, Scale, Value};
-use crate::picture::colour;
+use crate::colour;
 
 pub(super) const SCALE: Scale = Scale {
     most: 200.0,

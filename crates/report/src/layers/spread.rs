@@ -1,7 +1,7 @@
 //! Standard deviation of the speed of a driving rover, under what was observed.
 
 use super::{Definition, Look, Scale, Value};
-use crate::picture::colour;
+use crate::colour;
 
 pub(super) const SCALE: Scale = Scale {
     most: 100.0,

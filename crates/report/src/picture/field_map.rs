@@ -4,10 +4,10 @@ use std::fmt::Write as _;
 
 use contract::Range;
 
-use super::colour::BLOCKED;
 use super::curves::LINES;
 use super::scale::{Ticks, range};
 use super::svg_writer::{Number, SvgWriter};
+use crate::colour::BLOCKED;
 
 const LEFT: f64 = 60.0;
 /// Upper edge of the shades' bar, and of the map.

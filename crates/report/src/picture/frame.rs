@@ -4,11 +4,11 @@ use std::fmt::Write as _;
 
 use contract::{Cell, Grid, Range};
 
-use super::colour;
 use super::scale::Ticks;
 use super::style::PictureStyle;
 use super::svg_writer::{Number, SvgWriter};
 use crate::Layer;
+use crate::colour;
 
 pub const MARGIN_RIGHT: f64 = 118.0;
 /// What the larger letters of a picture for a paper need beyond [`MARGIN_RIGHT`].

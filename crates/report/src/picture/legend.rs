@@ -2,12 +2,12 @@
 
 use contract::{Branch, Direction};
 
-use super::colour;
 use super::mission::{Picture, is_slip};
 use super::quiver::arrow;
 use super::svg_writer::{Number, SvgWriter};
 use super::symbols::{TreasureState, dot, goal, hopper, start, treasure};
 use super::tile_map::{Tile, TileMap};
+use crate::colour;
 
 const ENTRY_WIDTH: f64 = 228.0;
 const ENTRY_HEIGHT: f64 = 25.0;

@@ -8,13 +8,13 @@ use contract::{
     Record, RobotId, Route,
 };
 
-use super::colour;
 use super::frame::{Frame, SHADES};
 use super::quiver::Quiver;
 use super::style::PictureStyle;
 use super::svg_writer::{Number, SvgWriter};
 use super::symbols::{self, TreasureState};
 use super::tile_map::TileMap;
+use crate::colour;
 use crate::layers::{Look, Value};
 use crate::phrases::{EndSentence, TeamEffort, counted, planners_in_order, planners_of_team};
 use crate::{Ending, Layer, ReportError, goal_cells};

@@ -9,7 +9,6 @@
 //! byte.
 
 mod boxes;
-pub mod colour;
 mod curves;
 mod field_grid;
 mod field_map;

@@ -8,8 +8,9 @@ use super::frame::SHADES;
 use super::quiver::{Quiver, arrow};
 use super::scale::{Ticks, range};
 use super::svg_writer::{Number, SvgWriter};
-use super::{colour, symbols};
+use super::symbols;
 use crate::ReportError;
+use crate::colour;
 
 const MARGIN_LEFT: f64 = 58.0;
 const MARGIN_TOP: f64 = 78.0;

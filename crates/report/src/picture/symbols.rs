@@ -1,7 +1,7 @@
 //! Symbols of start, goal, hopper and treasures.
 
-use super::colour;
 use super::svg_writer::Number;
+use crate::colour;
 
 /// Whether a treasure was collected, seen or neither.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -5,11 +5,11 @@ use std::fmt::Write as _;
 
 use contract::{Action, Branch, Cell, Goal, RobotId, Route, RouteId, Waypoint};
 
-use super::colour;
 use super::frame::Frame;
 use super::mission::Picture;
 use super::svg_writer::{Number, SvgWriter};
 use super::symbols;
+use crate::colour;
 use crate::{Layer, goal_cells};
 
 /// Opacity of a cell that was visited once, and what each further visit adds.

@@ -7,7 +7,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::site::{Given, Site};
-use super::{is_yes, refuse, yes};
+use super::{is_yes, yes};
+use crate::error::refuse;
 use crate::mobility::{GOAL_RADIUS_M, middle_of_drivable};
 use crate::{ScenarioError, exact};
 

@@ -10,7 +10,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::site::{Given, Site};
-use super::{is_one_metre, one_metre, refuse};
+use super::{is_one_metre, one_metre};
+use crate::error::refuse;
 use crate::{ScenarioError, exact};
 
 /// A helicopter: it flies from point to point, and looks ahead for the others. It has no goal, and no mission needs it.

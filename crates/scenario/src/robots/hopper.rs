@@ -1,16 +1,16 @@
 //! A hopper of `[[robots]]`.
 
 use contract::limits::{DECISIONS_MAX, LENGTH_MAX_M};
-use contract::{
-    Account, Cell, Direction, Goal, MotionParameters, Placement, Robot, SensorParameters, SoilMotion, Visit,
-};
+use contract::{Account, Cell, Direction, Goal, Placement, Robot, SensorParameters, SoilMotion, Visit};
 #[cfg(test)]
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::design::Design;
 use super::site::{Given, Site};
-use super::{is_north, is_yes, north, refuse, yes};
+use super::{is_north, is_yes, north, yes};
 use crate::bounds::in_range;
+use crate::error::refuse;
 use crate::robot::check_launch_angle;
 use crate::{Scatter, ScenarioError, exact};
 
@@ -103,13 +103,6 @@ pub struct OwnSensor {
     /// Largest radius, metres.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub radius_max_m: Option<f64>,
-}
-
-/// How a hopper hops and sees.
-#[derive(Clone, Copy)]
-pub(crate) struct Design {
-    pub motion: MotionParameters,
-    pub sensor: SensorParameters,
 }
 
 impl Default for HopperRules {

@@ -2,6 +2,7 @@
 //!
 //! What a mission is follows from its robots: see [`Scenario::account`].
 
+mod design;
 mod driver;
 mod helicopter;
 mod hopper;
@@ -17,11 +18,12 @@ use scout_world::Trip;
 use serde::{Deserialize, Serialize};
 use terrain::{Relief, Terrain};
 
+use crate::error::refuse;
 use crate::{Scenario, ScenarioError};
 
+pub(crate) use design::Design;
 pub use driver::DriverRules;
 pub use helicopter::HelicopterRules;
-pub(crate) use hopper::Design;
 pub use hopper::{HopperGoal, HopperRules, OwnSensor, Visits};
 pub(crate) use read::read;
 pub use rover::{CoverGoal, RoverRules};
@@ -336,10 +338,6 @@ fn check_designs(robots: &[Robot], common: &Design) -> Result<(), ScenarioError>
         return refuse("robots", "hoppers of at most 4 designs beside that of [robot]", "more".into());
     }
     Ok(())
-}
-
-pub(crate) fn refuse<T>(field: &'static str, need: &'static str, got: String) -> Result<T, ScenarioError> {
-    Err(ScenarioError::Value { field, need, got })
 }
 
 fn north() -> Direction {

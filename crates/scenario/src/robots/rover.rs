@@ -10,7 +10,8 @@ use serde::de::{MapAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
 
 use super::site::{Given, Site};
-use super::{is_north, is_one_metre, is_yes, north, one_metre, refuse, yes};
+use super::{is_north, is_one_metre, is_yes, north, one_metre, yes};
+use crate::error::refuse;
 use crate::{ScenarioError, exact};
 
 /// A rover: it drives to one of four neighbouring cells at a time, and covers ground together with all other rovers.

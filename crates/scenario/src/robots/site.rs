@@ -4,8 +4,9 @@ use contract::{Account, Cell};
 use scout_world::Trip;
 use terrain::{Relief, Terrain};
 
-use super::{Design, refuse};
+use super::design::Design;
 use crate::ScenarioError;
+use crate::error::refuse;
 
 /// What the robots of a mission are placed on, and what holds for those that leave out a field.
 pub(super) struct Site<'a> {

@@ -12,10 +12,11 @@ use planner::pilot::DEATH_SILENCE_NS;
 use super::Checker;
 use crate::checker::Known;
 use crate::life::Life;
+use crate::model::Model;
 use crate::reservation::{ANSWERS, EXECUTED, Reservations, Standing, YIELDING};
 use crate::setup::Seat;
 
-impl Checker {
+impl<M: Model> Checker<M> {
     /// hopper-sim receives a command, and judges it before anything else happens.
     pub(crate) fn judged(&mut self, command: &Command, now: MonotonicNs) {
         let due = self.pacing.published.unwrap_or(self.pacing.began);
@@ -48,11 +49,11 @@ impl Checker {
         }
         if let Action::Announce(id) = action
             && !self.offers.has(robot, id)
-            && self.scouts().route(id).is_none()
+            && self.model.routes().route(id).is_none()
         {
             return false;
         }
-        self.robots.execute(&self.mission, before, action).is_some()
+        self.model.execute(before, action).is_some()
     }
 
     /// hopper-sim receives the points of a route.

@@ -1,11 +1,11 @@
 //! What the guard vetoes, and what the fallback does at the deadline.
 
-use contract::{Account, Action, Body, Branch, Cell, Leader, Origin, Record, RobotId, State, Vetoed};
+use contract::{Action, Leader, Origin, Record, State, Vetoed};
 
 use super::Checker;
-use crate::scouts::Scout;
+use crate::model::{Follows, Model};
 
-impl Checker {
+impl<M: Model> Checker<M> {
     /// hopper-sim has executed a command just now.
     pub(crate) fn executed(&mut self, record: &Record) {
         if let Action::Announce(_) = record.action {
@@ -17,14 +17,13 @@ impl Checker {
         self.require(!refused, "a process of another build is not obeyed", || {
             format!("decision {} was commanded by {leader}, which is of another build", record.decision)
         });
-        let is_of_hopper = self.mission.brief.account == Account::Hopper;
-        let follows_none = self.robots.due_hopper().is_some() && !is_of_hopper;
+        let follows = self.model.follows(record.robot);
         self.require(
-            !(follows_none && record.origin == Origin::Policy),
-            "no policy is followed where hoppers have goals of their own",
+            !(follows == Follows::Nothing && record.origin == Origin::Policy),
+            "no policy is followed where robots have goals of their own",
             || format!("decision {} followed one", record.decision),
         );
-        if record.origin == Origin::Policy && is_of_hopper && record.robot == RobotId(0) {
+        if record.origin == Origin::Policy && follows == Follows::Policy {
             // The decision after that which reached the last goal.
             let visits = self.records.last().map_or(0, |last| last.visits);
             let leg_began = self.records.iter().position(|record| record.visits == visits);
@@ -40,33 +39,9 @@ impl Checker {
         }
     }
 
-    /// The probability that `action` of a hopper ends off the map or on ground known to be impassable, from the observed
-    /// map alone: what anybody could know who has seen what it has.
-    fn hazard(&self, hopper: &Scout, action: Action) -> f64 {
-        let from = hopper.cell;
-        let brief = &self.mission.brief;
-        let known = |cell: Cell| self.maps.expected.cells()[brief.grid.index(cell)?].as_ref();
-        let (Action::Hop(direction), Some(ground), Body::Hopper(body)) =
-            (action, known(from), hopper.robot.body)
-        else {
-            return 0.0;
-        };
-        let scatter = motion::transition(&body.motion, ground, direction);
-        let ruins = |branch: &Branch| {
-            let to = motion::landing(&brief.grid, from, direction, *branch);
-            !brief.grid.contains(to) || known(to).is_some_and(|ground| !ground.passable)
-        };
-        Branch::ALL.into_iter().filter(ruins).map(|branch| scatter.probability(branch)).sum()
-    }
-
-    /// Actions that the guard should veto: those that lead the robot that is due where another or nothing is to stand on or it may
-    /// be trapped, and hops that are too dangerous.
+    /// Actions that the guard should veto, from what is seen so far.
     pub(super) fn to_veto(&self) -> Vetoed {
-        let blocked = self.robots.blocked(&self.mission);
-        let Some(hopper) = self.robots.due_hopper() else { return blocked };
-        let hazard_max = self.mission.brief.guard.hazard_max;
-        let hazards = Action::ALL.into_iter().filter(|&action| self.hazard(hopper, action) > hazard_max);
-        hazards.fold(blocked, Vetoed::with)
+        self.model.vetoed(self.maps.expected.cells())
     }
 
     /// The guard did its duty at the decision of `record`, and no more.
@@ -92,11 +67,7 @@ impl Checker {
         self.require(due, "nobody falls back before the deadline", || {
             format!("decision {} after {waited_ns} of {deadline_ns} ns", record.decision)
         });
-        let need = if self.robots.is_turn_of_hopper() {
-            self.greedy_on_own_way()
-        } else {
-            Some(self.robots.fallback(&self.mission))
-        };
+        let need = self.model.fallback(self.maps.expected.cells(), self.to_veto());
         let Some(need) = need else { return };
         let got = (record.action, record.origin);
         self.require(got == need, "at the deadline a robot goes on along its way, or holds", || {

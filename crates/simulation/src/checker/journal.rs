@@ -1,20 +1,19 @@
 //! What the journal holds: decisions in order, under a chain of digests, commanded and executed as they have to be.
 
 use contract::{Action, Branch, Decision, Leader, Record, RunId, Team};
-use hopper_sim::Mission;
 use hopper_sim::dynamics::Execution;
 
 use super::{Checker, Sent};
 use crate::expected::next_digest;
+use crate::model::Model;
 
 /// Routes that a robot announces at most before it goes on: two planners may command it in turn.
 const ANNOUNCEMENTS_MAX: u64 = 4;
 
-impl Checker {
+impl<M: Model> Checker<M> {
     /// A decision was executed: more may be seen.
     pub(super) fn see(&mut self, record: &Record) {
-        let Mission { brief, terrain, .. } = &self.mission;
-        self.robots.see(brief, terrain, record, &mut self.maps.expected);
+        self.model.see(Some(record), &mut self.maps.expected);
         self.maps.mapped_at(record.digest);
     }
 
@@ -32,7 +31,7 @@ impl Checker {
         let chained = record.previous == previous && record.digest == next_digest(previous, record);
         self.require(chained, "the digest chain is intact", || format!("it breaks at decision {due}"));
         if !before.status.is_over() {
-            let need = self.robots.execute(&self.mission, &before, record.action);
+            let need = self.model.execute(&before, record.action);
             let Record { robot, outcome, pose, collected, steps, visits, status, .. } = *record;
             let got = Some((robot, Execution { outcome, pose, collected, steps, visits, status }));
             self.require(need == got, "the outcome depends on seed, robot and decision alone", || {
@@ -55,9 +54,9 @@ impl Checker {
             });
         }
         self.records.push(*record);
-        self.robots.committed(&self.mission, record);
+        self.model.committed(record);
         self.see(record);
-        let all_wait = self.scouts().is_all_waiting();
+        let all_wait = self.model.is_all_waiting();
         let is_last = all_wait && record.action == Action::Wait && record.outcome.branch == Branch::Held;
         self.require(!is_last, "nobody waits for others as the last one that can act", || {
             format!("robot {} did at decision {due}", record.robot)
@@ -155,7 +154,7 @@ impl Checker {
             });
         }
         let digest = self.digest();
-        let need = self.robots.team(team.run, team.decision, digest);
+        let need = self.model.team(team.run, team.decision, digest);
         self.require(need == *team, "the robots are where the journal leaves them", || {
             format!("told {team:?}, needs {need:?}")
         });

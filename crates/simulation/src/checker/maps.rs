@@ -4,8 +4,9 @@ use contract::{Cell, Decision, Digest, Ground, MapPage, MapPatch, PastPage, RunI
 use planner::Situation;
 
 use super::Checker;
+use crate::model::Model;
 
-impl Checker {
+impl<M: Model> Checker<M> {
     /// hopper-sim answers for the past.
     pub fn served(&mut self, page: &PastPage) {
         let from = page.from.0 as usize;
@@ -74,8 +75,7 @@ impl Checker {
     /// A planner is about to plan for `situation`.
     pub fn plans(&mut self, situation: &Situation<'_>) {
         let state = situation.state;
-        // A hopper's planner takes the cells for impassable where other robots stand.
-        let closed = closed(situation);
+        let closed = self.model.closed(situation);
         let is_own = self.maps.prints.get(&state.digest) == Some(&situation.map.observation());
         let covered = (is_own || !closed.is_empty())
             && situation.map.through == Some(state.decision)
@@ -113,18 +113,4 @@ impl Checker {
     pub(crate) fn treasures_known(&self) -> usize {
         self.maps.expected.treasures().len()
     }
-}
-
-/// Indices of the cells where robots other than the hopper that is due stand. It may share its own with a rover that is stuck
-/// there.
-fn closed(situation: &Situation<'_>) -> Vec<usize> {
-    let Some(team) = situation.team else { return Vec::new() };
-    let robots = &situation.brief.robots;
-    let due = robots.at(team.due).filter(|robot| robot.body.hops()).and(team.member(team.due));
-    let Some(due) = due else { return Vec::new() };
-    let others = robots.numbered().filter(|(robot, _)| *robot != team.due);
-    let on_ground = others.filter(|(_, other)| other.body.is_on_ground());
-    let cells = on_ground.filter_map(|(robot, _)| Some(team.member(robot)?.at.cell));
-    let cells = cells.filter(|cell| *cell != due.at.cell);
-    cells.filter_map(|cell| situation.brief.grid.index(cell)).collect()
 }

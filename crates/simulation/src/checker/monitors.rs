@@ -3,12 +3,13 @@
 use std::collections::BTreeSet;
 
 use contract::protocol::peer_table::SILENCE_NS;
-use contract::{Account, Decision, Digest, Incarnation, MonotonicNs, Record, RobotId, RunId};
+use contract::{Decision, Digest, Incarnation, MonotonicNs, Record, RunId};
 use report::Tally;
 
 use super::Checker;
+use crate::model::Model;
 
-impl Checker {
+impl<M: Model> Checker<M> {
     /// A monitor that records acknowledges the end of the mission, with these decisions on record.
     pub(crate) fn recorded(
         &mut self,
@@ -43,10 +44,8 @@ impl Checker {
             return;
         }
         let route = &tally.route;
-        // Beside a hopper the decisions of its helicopters are no part of its route.
-        let is_of_hopper = self.mission.brief.account == Account::Hopper;
         let known = self.records.iter().take(due.0 as usize);
-        let in_route = known.filter(|record| !is_of_hopper || record.robot == RobotId(0)).count() as u64;
+        let in_route = known.filter(|record| self.model.is_on_route(record.robot)).count() as u64;
         let whole = route.hops() + route.held == in_route && (due == Decision(0) || need == got);
         self.require(whole, "the monitor knows what the journal holds", || {
             format!("its tally through {due} is another's")

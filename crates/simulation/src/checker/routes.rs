@@ -8,23 +8,19 @@ use contract::{
 use planner::Situation;
 
 use super::Checker;
-use crate::scouts::{Scouts, fingerprint};
+use crate::model::Model;
+use crate::routes::fingerprint;
 
-impl Checker {
-    /// What all robots have, and those that go from point to point.
-    pub(crate) fn scouts(&self) -> &Scouts {
-        self.robots.scouts()
-    }
-
+impl<M: Model> Checker<M> {
     /// A planner publishes the points of a route.
     pub(crate) fn announced(&mut self, announcement: &Announcement) {
-        self.robots.announce(announcement);
+        self.model.routes_mut().publish(announcement);
     }
 
     /// A planner sends a command, which may name a route.
     pub(super) fn announced_before(&mut self, command: &Command) {
         let Action::Announce(id) = command.action else { return };
-        let is_announced = self.scouts().is_announced(command.run, id);
+        let is_announced = self.model.routes().is_published(command.run, id);
         self.require(is_announced, "the points of a route are sent before the command that names it", || {
             format!("{} names route {id} at decision {}", command.incarnation, command.decision)
         });
@@ -33,7 +29,7 @@ impl Checker {
     /// `frame` was written, which holds `record`: behind one that announces a route lie its points.
     pub(crate) fn journalled(&mut self, record: &Record, frame: &[u8]) {
         let Action::Announce(id) = record.action else { return };
-        let Some(points) = self.scouts().route(id) else { return };
+        let Some(points) = self.model.routes().route(id) else { return };
         let mut need = (points.len() as u64).to_le_bytes().to_vec();
         for point in points {
             need.extend(point.x_m.to_le_bytes());
@@ -47,7 +43,8 @@ impl Checker {
 
     /// The journal was read, and holds these routes.
     pub(crate) fn routes_read(&mut self, routes: &[Route]) {
-        let need: Vec<_> = self.scouts().routes().iter().map(|(_, points)| points.as_slice()).collect();
+        let need: Vec<_> =
+            self.model.routes().announced().iter().map(|(_, points)| points.as_slice()).collect();
         let got: Vec<_> = routes.iter().map(Route::waypoints).collect();
         let (held, right) = (need.len(), need == got);
         self.require(right, "the journal holds the points of every announced route", || {
@@ -58,7 +55,7 @@ impl Checker {
     /// Somebody asks for a route.
     pub(crate) fn route_asked(&mut self, request: &RouteRequest) {
         let RouteRequest { run, id } = *request;
-        let is_announced = self.scouts().is_announced(run, id);
+        let is_announced = self.model.routes().is_published(run, id);
         self.require(is_announced, "only routes that were announced are asked for", || {
             format!("route {id} of run {run}")
         });
@@ -71,7 +68,7 @@ impl Checker {
         self.require(asked == got, "who asks for a route is answered with that one", || {
             format!("asked for {asked}, answered with {got}")
         });
-        let need = self.scouts().route(fingerprint(points));
+        let need = self.model.routes().route(fingerprint(points));
         let right = page.run == self.mission.brief.run && need == Some(points);
         self.require(right, "nothing is published that the journal does not hold", || {
             format!("a route of {} points that no decision has announced", points.len())
@@ -106,7 +103,7 @@ impl Checker {
         let is_now = state.decision.0 == self.records.len() as u64 && state.digest == self.digest();
         if is_now && self.mission.brief.has_team() {
             // Who commands them is not for planners to see.
-            let mut need = self.robots.team(state.run, state.decision, state.digest);
+            let mut need = self.model.team(state.run, state.decision, state.digest);
             Arc::make_mut(&mut need.members).iter_mut().for_each(|member| member.leader = Leader::default());
             let right = situation.team == Some(&need);
             self.require(right, "every plan is made with the robots as they are", || {

@@ -39,7 +39,7 @@ pub(super) fn lengthen(missions: Missions, seed: u64, number: u64, mission: &mut
     let brief = &mut mission.brief;
     brief.limits = Limits { steps_max: ACTIONS_MAX, ..brief.limits };
     match missions {
-        Missions::Hopper | Missions::Accompanied => {
+        Missions::Hopper | Missions::Accompanied | Missions::Protocol => {
             // Nothing ends the visits early.
             let hops = chance.between(500, 900);
             let hopper = &mut brief.robots[0];

@@ -1,4 +1,4 @@
-// The colours of the map: those of the pictures that `crates/report/src/picture/colour.rs` draws, on every theme.
+// The colours of the map: those of the pictures that `crates/report/src/colour.rs` draws, on every theme.
 
 /** Hops that landed as aimed. */
 export const ROUTE = "#005f8f";

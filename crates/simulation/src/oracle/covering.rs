@@ -1,11 +1,11 @@
-//! How much of their ground rovers have covered, as it should be.
+//! How much of their ground the robots that cover it have covered, as it should be.
 
 use contract::{Cell, Cover, CoverMode, Goal};
 use hopper_sim::Mission;
 
 /// What rovers have visited, and what they still have to.
 #[derive(Clone, Debug)]
-pub(crate) struct Covered {
+pub(super) struct Covering {
     cover: Cover,
     /// Where the rovers start, in the order of their numbers.
     starts: Vec<Cell>,
@@ -18,7 +18,7 @@ pub(crate) struct Covered {
     kept: Vec<Cell>,
 }
 
-impl Covered {
+impl Covering {
     /// Before the first action of rovers that start at `starts` and keep off the cells `kept`; `None` in a mission that has nothing to
     /// cover.
     pub fn begin(mission: &Mission, starts: Vec<Cell>, kept: Vec<Cell>) -> Option<Self> {
@@ -102,12 +102,12 @@ fn flood(mission: &Mission, from: &[Cell], open: impl Fn(Cell) -> bool) -> Vec<b
 }
 
 /// The index of a cell on the map.
-pub(crate) fn index(mission: &Mission, cell: Cell) -> usize {
+pub(super) fn index(mission: &Mission, cell: Cell) -> usize {
     (cell.y * mission.brief.grid.width as i32 + cell.x) as usize
 }
 
 /// Whether a rover that covers ground can stand there: on the map, and neither an obstacle nor a trap.
-pub(crate) fn is_free(mission: &Mission, cell: Cell) -> bool {
+pub(super) fn is_free(mission: &Mission, cell: Cell) -> bool {
     let grid = mission.brief.grid;
     let inside = (0..grid.width as i32).contains(&cell.x) && (0..grid.height as i32).contains(&cell.y);
     inside && {

@@ -1,0 +1,103 @@
+//! What the oracle asks of a body. Each body is a file of this folder that implements it for the parameters of the brief.
+
+use contract::{
+    Action, Branch, Cell, Decision, Flight, Ground, Origin, Outcome, Reach, Robot, Vetoed, Waypoint,
+};
+
+use super::Oracle;
+use super::actor::Actor;
+
+/// What an action comes to, and where it leaves a robot that goes from point to point.
+pub(super) struct Arrival {
+    pub outcome: Outcome,
+    pub at: Waypoint,
+}
+
+impl Arrival {
+    /// The robot stays where it is.
+    pub fn stays(actor: &Actor, branch: Branch, flight: Flight) -> Self {
+        let outcome = Outcome { branch, from: actor.cell, to: actor.cell, flight };
+        Self { outcome, at: actor.at }
+    }
+}
+
+/// How robots of one body act. `number` is that of the robot.
+pub(super) trait Body {
+    /// Whether it hops: its landings collect treasures and count steps, and off its ground it is lost.
+    fn hops(&self) -> bool {
+        false
+    }
+
+    /// Whether it stands in the way of others.
+    fn is_on_ground(&self) -> bool {
+        true
+    }
+
+    /// The action by which it goes on along a route, if it goes from point to point.
+    fn along_route(&self) -> Option<Action> {
+        None
+    }
+
+    /// Whether it may do that, but for what is blocked.
+    fn may(&self, oracle: &Oracle, number: usize, action: Action) -> bool;
+
+    /// Whether an action ends where another robot or no ground to stand on is, or may be a trap.
+    fn is_blocked(&self, oracle: &Oracle, number: usize, action: Action) -> bool;
+
+    /// What an action comes to.
+    fn act(&self, oracle: &Oracle, number: usize, decision: Decision, action: Action) -> Arrival;
+
+    /// Its action has come to `outcome`.
+    fn take(&self, oracle: &mut Oracle, number: usize, decision: Decision, action: Action, outcome: &Outcome);
+
+    /// Indices of the cells that it sees on the way to its next point.
+    fn seen_on_way(&self, _oracle: &Oracle, _number: usize, _action: Action) -> Vec<usize> {
+        Vec::new()
+    }
+
+    /// Actions that are too dangerous where so much is known of each cell, beside those that are blocked.
+    fn dangerous(&self, _oracle: &Oracle, _number: usize, _known: &[Option<Ground>]) -> Vetoed {
+        Vetoed::NONE
+    }
+
+    /// What it does at the deadline; `None` if that depends on what its planner has published. On along its route if that may be, or
+    /// nothing.
+    fn fallback(
+        &self,
+        oracle: &Oracle,
+        number: usize,
+        _known: &[Option<Ground>],
+        _vetoed: Vetoed,
+    ) -> Option<(Action, Origin)> {
+        let along = self.along_route().filter(|action| oracle.may(number, *action));
+        Some(along.map_or((Action::Hold, Origin::Hold), |action| (action, Origin::Policy)))
+    }
+
+    /// Whether it is at the goal that it shall reach, after so many steps of the mission.
+    fn has_reached(&self, oracle: &Oracle, number: usize, reach: &Reach, steps: u64) -> bool;
+
+    /// How far it may still go along routes in this stage, metres, if there is a limit.
+    fn budget_left_m(&self, _actor: &Actor) -> Option<f64> {
+        None
+    }
+
+    /// An action that only other bodies can take.
+    fn foreign_action(&self) -> Action {
+        Action::Fly
+    }
+
+    /// The cell to which a step leads, of a body that steps.
+    fn step_to(&self, _from: Cell, _action: Action) -> Option<Cell> {
+        None
+    }
+}
+
+/// The rules of a robot's body.
+pub(super) fn of(robot: &Robot) -> &dyn Body {
+    match &robot.body {
+        contract::Body::Hopper(hopper) => hopper,
+        contract::Body::Rover(rover) => rover,
+        contract::Body::Driver(driver) => driver,
+        contract::Body::Helicopter(helicopter) => helicopter,
+    }
+}

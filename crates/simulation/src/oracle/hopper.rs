@@ -1,0 +1,120 @@
+//! A hopper as it should be. Where a hop leads is drawn here, for its robot and decision; how it flies is asked of the engine
+//! `motion`.
+
+use contract::{
+    Account, Action, Branch, Cell, Decision, Direction, Flight, Ground, Hopper, Origin, Outcome, Reach,
+    RobotId, Vetoed,
+};
+use hopper_sim::Mission;
+use motion::{Domain, Draw};
+
+use super::Oracle;
+use super::body::{Arrival, Body};
+use super::goal::goal_cell;
+
+impl Body for Hopper {
+    fn hops(&self) -> bool {
+        true
+    }
+
+    /// A hopper whose steps alone are counted has nobody to wait for.
+    fn may(&self, oracle: &Oracle, _number: usize, action: Action) -> bool {
+        match action {
+            Action::Wait => oracle.mission.brief.account != Account::Hopper,
+            _ => matches!(action, Action::Hold | Action::Hop(_)),
+        }
+    }
+
+    fn is_blocked(&self, oracle: &Oracle, number: usize, action: Action) -> bool {
+        let Action::Hop(direction) = action else { return false };
+        let aim = oracle.mission.brief.grid.hop(oracle.turns.actors[number].cell, direction);
+        oracle.is_occupied(number, aim)
+    }
+
+    /// It ends where it began if another robot is where it would end.
+    fn act(&self, oracle: &Oracle, number: usize, decision: Decision, action: Action) -> Arrival {
+        let actor = &oracle.turns.actors[number];
+        let from = actor.cell;
+        let Mission { brief, terrain, seed, .. } = &*oracle.mission;
+        if actor.fails() {
+            return Arrival::stays(actor, Branch::Stranded, Flight::default());
+        }
+        let (Action::Hop(direction), Some(ground)) = (action, terrain.ground(from)) else {
+            return Arrival::stays(actor, Branch::Held, Flight::default());
+        };
+        let uniform = Draw::new(*seed, Domain::Motion, RobotId(number as u16), decision).uniform();
+        let branch = motion::transition(&self.motion, ground, direction).branch(uniform);
+        let aim = terrain.ground(brief.grid.hop(from, direction));
+        let rise_m = aim.map_or(0.0, |aim| aim.height_m - ground.height_m);
+        let end = motion::landing(&brief.grid, from, direction, branch);
+        let to = if oracle.is_occupied(number, end) { from } else { end };
+        let flight = motion::flight(&self.motion, &brief.grid, ground.soil, rise_m);
+        Arrival { outcome: Outcome { branch, from, to, flight }, at: actor.at }
+    }
+
+    fn take(
+        &self,
+        oracle: &mut Oracle,
+        number: usize,
+        _decision: Decision,
+        action: Action,
+        outcome: &Outcome,
+    ) {
+        oracle.turns.take_in_cells(number, action, outcome);
+    }
+
+    fn dangerous(&self, oracle: &Oracle, number: usize, known: &[Option<Ground>]) -> Vetoed {
+        let hazard_max = oracle.mission.brief.guard.hazard_max;
+        let hazard = |action: &Action| hazard(self, oracle, number, known, *action);
+        let hazards = Action::ALL.into_iter().filter(|action| hazard(action) > hazard_max);
+        hazards.fold(Vetoed::NONE, Vetoed::with)
+    }
+
+    /// The hop that nothing speaks against and whose aim is nearest to its goal, of equals the first of north, east, south and west;
+    /// the hopper that the mission is about may follow a policy.
+    fn fallback(
+        &self,
+        oracle: &Oracle,
+        number: usize,
+        known: &[Option<Ground>],
+        vetoed: Vetoed,
+    ) -> Option<(Action, Origin)> {
+        if oracle.mission.brief.account == Account::Hopper {
+            return None;
+        }
+        let (grid, actor) = (oracle.mission.brief.grid, &oracle.turns.actors[number]);
+        let (goal, at) = (goal_cell(&grid, &actor.robot, 0)?, actor.cell);
+        let is_passable = |cell: Cell| {
+            let index = grid.contains(cell).then(|| grid.index(cell)).flatten();
+            index.is_some_and(|index| known[index].is_none_or(|ground| ground.passable))
+        };
+        let aim = |direction: &Direction| grid.hop(at, *direction);
+        let is_open =
+            |direction: &Direction| !vetoed.has(Action::Hop(*direction)) && is_passable(aim(direction));
+        let away = |direction: &Direction| {
+            let aim = aim(direction);
+            (aim.x - goal.x).pow(2) + (aim.y - goal.y).pow(2)
+        };
+        let nearest = Direction::ALL.into_iter().filter(is_open).min_by_key(away);
+        let hop = nearest.map(|direction| (Action::Hop(direction), Origin::Greedy));
+        Some(hop.unwrap_or((Action::Hold, Origin::Hold)))
+    }
+
+    fn has_reached(&self, oracle: &Oracle, number: usize, _reach: &Reach, steps: u64) -> bool {
+        oracle.is_in_goal_cell(number, steps)
+    }
+}
+
+/// The probability that `action` ends off the map or on ground known to be impassable, from the observed map alone: what anybody
+/// could know who has seen what it has.
+fn hazard(hopper: &Hopper, oracle: &Oracle, number: usize, known: &[Option<Ground>], action: Action) -> f64 {
+    let (from, grid) = (oracle.turns.actors[number].cell, &oracle.mission.brief.grid);
+    let known = |cell: Cell| known[grid.index(cell)?].as_ref();
+    let (Action::Hop(direction), Some(ground)) = (action, known(from)) else { return 0.0 };
+    let scatter = motion::transition(&hopper.motion, ground, direction);
+    let ruins = |branch: &Branch| {
+        let to = motion::landing(grid, from, direction, *branch);
+        !grid.contains(to) || known(to).is_some_and(|ground| !ground.passable)
+    };
+    Branch::ALL.into_iter().filter(ruins).map(|branch| scatter.probability(branch)).sum()
+}
