@@ -214,7 +214,7 @@ impl<'a> Replay<'a> {
         let leg = self.brief.leg(state.visits);
         let plan = planner.plan(
             &Situation {
-                brief: &self.brief,
+                brief: self.brief,
                 leg: Some(&leg),
                 map,
                 state: &state,
