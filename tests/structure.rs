@@ -364,7 +364,8 @@ fn ci_checks_the_dependencies_and_every_waiver_has_a_reason() {
 fn the_checker_names_no_body() {
     let mut files = sources("crates/simulation/src/checker");
     files.extend(["checker.rs", "model.rs"].map(|file| root().join("crates/simulation/src").join(file)));
-    let words = ["hopper", "rover", "driver", "helicopter", "scouts", "robots::", "body::", "goal::", "account::"];
+    let words =
+        ["hopper", "rover", "driver", "helicopter", "scouts", "robots::", "body::", "goal::", "account::"];
     for file in files {
         let text = read(&file).to_lowercase();
         // The process has its name of a body.
