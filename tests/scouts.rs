@@ -51,8 +51,8 @@ fn a_helicopter_that_errs_flies_live_as_in_lockstep() {
 fn in_three_stages(mission: &Mission) -> std::path::PathBuf {
     let scenario = include_str!("../scenarios/rover-helicopter.toml");
     let path = mission.path("stages.toml");
-    let scenario = scenario.replace("seed = 1", "seed = 124").replace("\"scout\"", "\"scout\"\nstages = 3");
-    let scenario = scenario.replace("rrt_star_it", "scout_route");
+    let scenario = scenario.replace("seed = 1", "seed = 124").replace("rrt_star_it", "scout_route");
+    let scenario = scenario + "\n[sampling]\nstages = 3\n";
     std::fs::write(&path, scenario).unwrap();
     path
 }

@@ -202,7 +202,9 @@ fn a_thousand_seeds_of_robots_of_all_kinds_break_no_promise_and_leave_no_refusal
     came_up(Missions::Mixed, &campaign, expected);
 }
 
-/// P-SIMULATED. So it is where a hopper's hops land as they are meant to, by a model of its own.
+/// P-SIMULATED-PROTOCOL: Under every fault of the simulation, missions of a hopper on flat ground
+/// whose hops land where they are meant to keep the promises of a hopper alone, by a model that
+/// shares no rule with those of other missions.
 #[test]
 fn five_hundred_seeds_of_the_protocol_alone_break_no_promise() {
     let campaign = sweep(Missions::Protocol, 0..500, |_| ());

@@ -17,6 +17,7 @@
 
 pub mod chance;
 mod checker;
+mod chosen;
 mod claims;
 pub mod coverage;
 pub mod disk;

@@ -1,6 +1,6 @@
 //! What the checker asks of the robots of a mission: it knows turns, commands, records, maps and routes, and no robot.
 //!
-//! A model begins with a mission and follows its records. [`Chosen`] says which model a simulation has.
+//! A model begins with a mission and follows its records. `chosen.rs` says which model a simulation has.
 
 use std::fmt::Debug;
 
@@ -15,10 +15,6 @@ use planner::Situation;
 use crate::expected::Expected;
 use crate::routes::Routes;
 use crate::setup::Missions;
-
-mod chosen;
-
-pub(crate) use chosen::Chosen;
 
 /// The group and the name of a counter.
 pub(crate) type Counter = (&'static str, &'static str);

@@ -15,11 +15,11 @@ use serde::Serialize;
 
 use crate::chance::Chance;
 use crate::checker::Checker;
+use crate::chosen::Chosen;
 use crate::coverage::Coverage;
 use crate::disk::Disk;
 use crate::fault::Kind;
 use crate::life::Life;
-use crate::model::Chosen;
 use crate::route_memory::RouteMemory;
 use crate::setup::Setup;
 use crate::stamps::Stamps;

@@ -28,7 +28,14 @@ fn unhurried(missions: Missions, seed: u64) -> Plan {
 /// every kind.
 #[test]
 fn every_stamp_is_the_moment_that_it_names() {
-    let all = [Missions::Hopper, Missions::Rovers, Missions::Scouts, Missions::Accompanied, Missions::Mixed];
+    let all = [
+        Missions::Hopper,
+        Missions::Rovers,
+        Missions::Scouts,
+        Missions::Accompanied,
+        Missions::Mixed,
+        Missions::Protocol,
+    ];
     for missions in all {
         let (mut decisions, mut recordings) = (0, 0);
         for seed in 0..40 {

@@ -1,9 +1,7 @@
 //! One robot as it should be after some decisions.
 
-use contract::{Cell, Decision, Direction, Leader, Placement, Robot, RouteId, Standing, Travel, Waypoint};
+use contract::{Cell, Decision, Direction, Leader, Robot, RouteId, Standing, Travel, Waypoint};
 use hopper_sim::Mission;
-
-use super::body::{self, Body};
 
 /// A robot after some decisions.
 #[derive(Clone, Debug)]
@@ -69,11 +67,6 @@ impl Actor {
         }
     }
 
-    /// The rules of its body.
-    pub fn body(&self) -> &dyn Body {
-        body::of(&self.robot)
-    }
-
     /// Whether it can still act.
     pub fn is_active(&self) -> bool {
         self.standing == Standing::Active
@@ -94,25 +87,8 @@ impl Actor {
         self.route.as_ref().and_then(|(_, points, _)| points.get(self.reached + 1)).copied()
     }
 
-    /// How it stands that acts no more by its own choice: who looks ahead from the air is never done.
-    pub fn gave_up(&self) -> Standing {
-        if self.body().is_on_ground() { Standing::GaveUp } else { Standing::Done }
-    }
-
-    /// What the message about all robots says of it.
-    pub fn member(&self) -> contract::Member {
-        contract::Member {
-            at: Placement { cell: self.cell, heading: self.heading },
-            ready_at_ns: self.clock_ns,
-            standing: self.standing,
-            waits: self.waits,
-            leader: self.leader,
-            last: self.last,
-            travel: self.body().along_route().map(|_| self.travel()),
-        }
-    }
-
-    fn travel(&self) -> Travel {
+    /// How far it is on its way.
+    pub fn travel(&self) -> Travel {
         Travel {
             at: self.at,
             route: self.route.as_ref().map(|(id, ..)| *id),

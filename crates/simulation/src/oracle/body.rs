@@ -1,7 +1,8 @@
 //! What the oracle asks of a body. Each body is a file of this folder that implements it for the parameters of the brief.
 
 use contract::{
-    Action, Branch, Cell, Decision, Flight, Ground, Origin, Outcome, Reach, Robot, Vetoed, Waypoint,
+    Action, Branch, Cell, Decision, Flight, Ground, Origin, Outcome, Placement, Reach, Robot, Standing,
+    Vetoed, Waypoint,
 };
 
 use super::Oracle;
@@ -99,5 +100,30 @@ pub(super) fn of(robot: &Robot) -> &dyn Body {
         contract::Body::Rover(rover) => rover,
         contract::Body::Driver(driver) => driver,
         contract::Body::Helicopter(helicopter) => helicopter,
+    }
+}
+
+impl Actor {
+    /// The rules of its body.
+    pub fn body(&self) -> &dyn Body {
+        of(&self.robot)
+    }
+
+    /// How it stands that acts no more by its own choice: who looks ahead from the air is never done.
+    pub fn gave_up(&self) -> Standing {
+        if self.body().is_on_ground() { Standing::GaveUp } else { Standing::Done }
+    }
+
+    /// What the message about all robots says of it.
+    pub fn member(&self) -> contract::Member {
+        contract::Member {
+            at: Placement { cell: self.cell, heading: self.heading },
+            ready_at_ns: self.clock_ns,
+            standing: self.standing,
+            waits: self.waits,
+            leader: self.leader,
+            last: self.last,
+            travel: self.body().along_route().map(|_| self.travel()),
+        }
     }
 }

@@ -8,8 +8,8 @@ use hopper_sim::Mission;
 use hopper_sim::dynamics::Execution;
 use planner::Situation;
 
-use super::{Counter, Follows, Model, Way};
 use crate::expected::Expected;
+use crate::model::{Counter, Follows, Model, Way};
 use crate::oracle::Oracle;
 use crate::routes::Routes;
 use crate::setup::{Missions, Setup};
