@@ -206,8 +206,8 @@ fn a_thousand_seeds_of_robots_of_all_kinds_break_no_promise_and_leave_no_refusal
 /// whose hops land where they are meant to keep the promises of a hopper alone, by a model that
 /// shares no rule with those of other missions.
 #[test]
-fn five_hundred_seeds_of_the_protocol_alone_break_no_promise() {
-    let campaign = sweep(Missions::Protocol, 0..500, |_| ());
+fn a_thousand_seeds_of_the_protocol_alone_break_no_promise() {
+    let campaign = sweep(Missions::Protocol, 0..1000, |_| ());
     assert!(campaign.failure.is_none(), "{:#?}", campaign.failure);
     let mut expected: Vec<(&str, &str)> =
         Forgery::of(Missions::Protocol).iter().map(|forgery| ("forged", forgery.as_str())).collect();
