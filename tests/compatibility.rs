@@ -1,4 +1,4 @@
-//! Files that the release before wrote, in tests/golden/, are read by this one; journals of other formats are refused. See
+//! Files in tests/golden/ that an earlier build wrote are read by this one; journals of other formats are refused. See
 //! docs/compatibility.md.
 
 use std::path::{Path, PathBuf};
@@ -68,17 +68,17 @@ fn a_journal_of_another_format_is_refused_by_every_command_that_opens_one() {
     }
 }
 
-/// P-OLD-RECORDING: A recording of the previous release can be read and exported, and on replay its
-/// planner takes every decision as it did.
+/// P-OLD-RECORDING: A recording that an earlier build made of a lone hopper can be read and
+/// exported, and on replay its planner takes every decision as it did.
 #[test]
-fn a_recording_of_before_is_read_exported_and_replayed() {
+fn a_recording_of_an_earlier_build_is_read_exported_and_replayed() {
     program("hopper-recordings");
     let file = golden("hard.mcap");
     let told = json(&asked(&["bag", "info", "--format", "json"], &file));
     assert_eq!((&told["whole"], &told["digest"]), (&true.into(), &DIGEST.into()), "{told}");
     let rows = String::from_utf8(asked(&["bag", "export", "--format", "csv"], &file).stdout).unwrap();
     let expected = std::fs::read_to_string(golden("hard.decisions.csv")).unwrap();
-    assert_eq!(rows, expected, "rows that the release before exported");
+    assert_eq!(rows, expected, "rows that the earlier build exported");
     let mission = Mission::new("old-recording");
     let whole = mission.path("whole.mcap");
     let recover = hopper(&["bag", "recover"]).arg(&file).arg(&whole).output().unwrap();
@@ -90,14 +90,14 @@ fn a_recording_of_before_is_read_exported_and_replayed() {
     assert_eq!(again["different"], Value::Array(Vec::new()), "{again}");
 }
 
-/// P-OLD-ROWS: Campaign rows of the previous release give the report they gave. Adding rows to them
+/// P-OLD-ROWS: Campaign rows of an earlier build give the report they gave. Adding rows to them
 /// is refused, and the error names both versions; rows without checksums are refused.
 #[test]
-fn rows_of_before_are_reported_and_not_continued() {
+fn rows_of_an_earlier_build_are_reported_and_not_continued() {
     let folder = golden("hard-campaign");
     let report = asked(&["campaign", "report", "--format", "csv"], &folder);
     let expected = std::fs::read_to_string(golden("hard-campaign.csv")).unwrap();
-    assert_eq!(String::from_utf8(report.stdout).unwrap(), expected, "the report of the release before");
+    assert_eq!(String::from_utf8(report.stdout).unwrap(), expected, "the report of the earlier build");
 
     let mission = Mission::new("old-rows");
     let copy = mission.path("rows");
@@ -126,9 +126,9 @@ fn rows_of_before_are_reported_and_not_continued() {
     assert!(stderr(&output).contains("checksum"), "{}", stderr(&output));
 }
 
-/// P-OLD-SCENARIO: Scenario files of the previous release keep their hashes.
+/// P-OLD-SCENARIO: Scenario files of an earlier build keep their hashes.
 #[test]
-fn scenarios_of_before_have_the_hash_they_had() {
+fn scenarios_of_an_earlier_build_keep_their_hashes() {
     let table = std::fs::read_to_string(golden("digests.csv")).unwrap();
     let mut compared = 0;
     for row in table.lines().skip(1) {

@@ -174,9 +174,9 @@ fn a_mission_with_nothing_to_do_is_at_its_goal_wherever_it_is_shown() {
     assert_eq!(history.progress().unwrap().status, Status::Goal);
 }
 
-/// P-MIXED-KILL: In a mixed mission any process may be killed and restarted, a hopper's planner
-/// swapped, and a planner of another kind told to take over, which then stands by. The journal is
-/// that of lockstep.
+/// P-MIXED-KILL: In a mission of robots of all kinds any process may be killed and restarted, and a
+/// hopper's planner swapped. An unsuited planner that is told to take over stands by. The journal
+/// is that of lockstep.
 #[test]
 fn any_process_of_an_expedition_may_die_and_the_journal_is_that_of_lockstep() {
     let mission = Mission::new("mixed-kill");

@@ -387,7 +387,7 @@ fn the_checker_names_no_body() {
         ["hopper", "rover", "driver", "helicopter", "scouts", "robots::", "body::", "goal::", "account::"];
     for file in files {
         let text = read(&file).to_lowercase();
-        // The process has its name of a body.
+        // The process hopper-sim is named after a body.
         let text = text.replace("hopper-sim", "").replace("hopper_sim", "").replace("hoppersim", "");
         let named = words.iter().find(|word| text.contains(**word));
         assert!(named.is_none(), "{} names {named:?}", file.display());

@@ -379,7 +379,7 @@ fn uncertain_ground_is_shown_by_its_expected_speed_and_its_spread() {
     let words = ["--scenario", "rover-helicopter", "--seed", "3", "--record", "whole.mcap"];
     let (mut run, live) = page_of(&mission, &words);
     run.await_log("the page stays at ");
-    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/web/scout.mjs");
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/web/layers.mjs");
     let look = |url: &str, name: &str| {
         let mut look = Command::new("node");
         look.arg(&script).arg(&playwright).arg(&chromium).arg(url).arg(&shots).arg(name);

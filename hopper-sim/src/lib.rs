@@ -22,6 +22,7 @@ pub mod mission;
 #[cfg(unix)]
 pub mod private_file;
 pub mod process;
+mod record_store;
 #[cfg(feature = "shell")]
 pub mod shell;
 pub mod team;
@@ -36,5 +37,6 @@ pub use journal::{
     Journal, JournalError, JournalHeader, JournalReader, Located, Storage, Verification, verify,
 };
 pub use mission::{Mission, ROBOT};
+pub use record_store::RecordStore;
 pub use team::RobotTeam;
 pub use throttle::Throttle;

@@ -9,7 +9,7 @@ use contract::{
 use scenario::Fault;
 use terrain::Terrain;
 
-/// The only robot of a hopper mission; whose name the services of a mission carry that are not a robot's own.
+/// The first robot, and the only one where a hopper is alone. Ports of services that belong to no robot are opened with it.
 pub const ROBOT: RobotId = RobotId(0);
 
 /// One mission in full, the truth included.

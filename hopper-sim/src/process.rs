@@ -6,15 +6,16 @@ use std::time::Duration;
 use contract::limits::{PRIOR_PAGE_CELLS, TRUTH_PAGE_CELLS};
 use contract::{
     Action, Announcement, Brief, Command, Control, Decision, Heartbeat, Incarnation, MissingPeer,
-    MonotonicNs, Name, Pacing, PastPage, PastRequest, Policy, PriorRequest, Record, Refusal, RobotId, Role,
-    Route, RoutePage, RouteRequest, RunId, State, Status, Team, TruthRequest,
+    MonotonicNs, Name, Pacing, PastRequest, Policy, PriorRequest, Record, Refusal, RobotId, Role, RoutePage,
+    RouteRequest, State, Status, Team, TruthRequest,
 };
 use process::{
     Exit, Failure, Membership, Ports, Process, Reader, Server, TICK_NS, Terms, Turn, Writer, log_refusal,
 };
 
+use crate::record_store::{RecordStore, recall};
 use crate::trouble::Trouble;
-use crate::{Arbiter, Effect, Event, Fallback, Journal, JournalError, Mission, Pace, ROBOT, Storage, crash};
+use crate::{Arbiter, Effect, Event, Fallback, JournalError, Mission, Pace, ROBOT, crash};
 
 /// How long before a landing hopper-sim no longer sleeps, nanoseconds: a sleeping process wakes a tenth of a
 /// millisecond late.
@@ -31,74 +32,6 @@ const UNDECIDED_NS: u64 = 10_000_000_000;
 
 /// Lives of one role that are remembered for the summary; a mission of any length stays bounded.
 const LIVES_MAX: usize = 256;
-
-/// Where executed decisions go and come from: the journal, or nowhere in lockstep.
-pub trait RecordStore {
-    /// The run whose records these are.
-    fn run(&self) -> RunId;
-
-    /// Takes a record; the commit point of a hop.
-    ///
-    /// # Errors
-    /// If it could not be written whole. What was written of it is cut off again.
-    fn append(&mut self, record: &Record) -> Result<(), JournalError>;
-
-    /// As [`RecordStore::append`], with the route that the record announces.
-    ///
-    /// # Errors
-    /// As [`RecordStore::append`].
-    fn append_announced(&mut self, record: &Record, _route: &Route) -> Result<(), JournalError> {
-        self.append(record)
-    }
-
-    /// All routes that records announce.
-    ///
-    /// # Errors
-    /// If they cannot be read.
-    fn routes(&self) -> Result<Vec<Route>, JournalError> {
-        Ok(Vec::new())
-    }
-
-    /// The records from a decision on, at most [`contract::limits::PAST_PAGE_RECORDS`].
-    ///
-    /// # Errors
-    /// If they cannot be read.
-    fn page(&self, from: Decision) -> Result<PastPage, JournalError>;
-
-    /// Checks that what was taken would be found again.
-    ///
-    /// # Errors
-    /// If the file was deleted, replaced or changed.
-    fn check(&self) -> Result<(), JournalError> {
-        Ok(())
-    }
-}
-
-impl<S: Storage> RecordStore for Journal<S> {
-    fn run(&self) -> RunId {
-        self.header().run()
-    }
-
-    fn append(&mut self, record: &Record) -> Result<(), JournalError> {
-        Journal::append(self, record)
-    }
-
-    fn append_announced(&mut self, record: &Record, route: &Route) -> Result<(), JournalError> {
-        Journal::append_announced(self, record, route)
-    }
-
-    fn routes(&self) -> Result<Vec<Route>, JournalError> {
-        Ok(Journal::routes(self).to_vec())
-    }
-
-    fn page(&self, from: Decision) -> Result<PastPage, JournalError> {
-        Journal::page(self, from)
-    }
-
-    fn check(&self) -> Result<(), JournalError> {
-        Journal::check(self)
-    }
-}
 
 /// How hopper-sim paces, waits and ends.
 #[derive(Clone, Copy, Debug)]
@@ -126,7 +59,7 @@ pub struct HopperSim<P: Ports, R: RecordStore, O: FnMut(&Record)> {
     states: P::Writer<State>,
     briefs: P::Writer<Brief>,
     truths: P::Server<TruthRequest>,
-    /// Only where there is not a single hopper.
+    /// Unless a hopper is alone.
     teams: Option<P::Writer<Team>>,
     /// One for each robot.
     commands: Vec<P::Reader<Command>>,
@@ -566,32 +499,6 @@ impl<P: Ports, R: RecordStore, O: FnMut(&Record)> HopperSim<P, R, O> {
         let due_ns = self.arbiter.wake_at().map(|at| at.since_ns(now));
         due_ns.map_or(TICK_NS, |due_ns| due_ns.saturating_sub(AWAKE_NS).min(TICK_NS))
     }
-}
-
-/// Tells the arbiter of several robots what they did in earlier lives.
-///
-/// # Errors
-/// If a record cannot be read back.
-fn recall<R: RecordStore>(
-    arbiter: &mut Arbiter,
-    records: &R,
-    last: Option<&Record>,
-) -> Result<(), JournalError> {
-    if arbiter.team().is_none() {
-        return Ok(());
-    }
-    let Some(last) = last else { return Ok(()) };
-    arbiter.recall_routes(records.routes()?);
-    let mut due = Decision(0);
-    while due <= last.decision {
-        let page = records.page(due)?;
-        arbiter.recall(&page.records);
-        let Some(read) = page.records.last() else {
-            return Err(JournalError::OutOfOrder { need: due, got: last.decision });
-        };
-        due = read.decision.next();
-    }
-    Ok(())
 }
 
 impl<P: Ports, R: RecordStore, O: FnMut(&Record)> Process<P> for HopperSim<P, R, O> {

@@ -15,8 +15,8 @@ use std::sync::Arc;
 
 use contract::limits::{MAP_PAGE_CELLS, MAP_PAGE_SPAN, MAP_PATCH_CELLS};
 use contract::{
-    Account, Brief, Cell, Decision, Digest, MapPage, MapPatch, MapRequest, MonotonicNs, ObservedMap,
-    PastPage, Pose, Record, RobotId, RunId, SeenCell, Sensor, State, Status, TruthPage,
+    Account, Brief, Cell, Decision, Digest, Goal, MapPage, MapPatch, MapRequest, MonotonicNs, ObservedMap,
+    PastPage, Pose, Record, Robot, RobotId, RunId, SeenCell, Sensor, State, Status, TruthPage,
 };
 use follow::{Heard, Link, Mission, PastFollower, TruthFollower};
 use terrain::Terrain;
@@ -311,8 +311,8 @@ impl Cartographer {
         self.mission.brief().is_some_and(Brief::has_routes)
     }
 
-    /// Folds in what all see from their starts, which are in the brief. The `digest` comes with the state of the start only, and no
-    /// map of it is published before.
+    /// Folds in what all robots see from their starts, which are in the brief. Only the state of the start has its `digest`; without
+    /// it no map of the start is published.
     fn fold_starts(&mut self, digest: Digest) {
         let (Some(brief), Some((_, terrain)), Some(observation)) =
             (self.mission.brief(), &self.terrain, &mut self.observation)
@@ -325,7 +325,7 @@ impl Cartographer {
             let height_m = terrain.ground(cell).map_or(0.0, |ground| ground.height_m);
             around(brief.grid, robot.sensor, Pose { cell, height_m })
         });
-        let covering = brief.robots.iter().filter(|robot| counts_visits(robot.sensor));
+        let covering = brief.robots.iter().filter(|robot| counts_visits(robot));
         let entered: Vec<Cell> = covering.map(|robot| robot.start.cell).collect();
         let landed = (brief.account == Account::Hopper).then_some(brief.robots[0].start.cell);
         let seen = on_tracks.into_iter().chain(around_all);
@@ -335,8 +335,8 @@ impl Cartographer {
         self.folded = 1;
     }
 
-    /// Folds in what `robot` sees around it once it is at `pose`, and has seen `on_way` there. Where rovers cover ground that it
-    /// `has_moved` counts too: it is a visit.
+    /// Folds in what `robot` sees around it at `pose`, and what it has seen `on_way` there. If a rover that covers ground
+    /// `has_moved`, it visits the cell.
     fn fold(&mut self, robot: RobotId, pose: Pose, has_moved: bool, on_way: &[usize], digest: Digest) {
         let (Some(brief), Some((_, terrain)), Some(observation)) =
             (self.mission.brief(), &self.terrain, &mut self.observation)
@@ -345,10 +345,11 @@ impl Cartographer {
         };
         let decision = Decision(self.folded);
         let here = pose.cell;
+        let visits = has_moved && brief.robots.at(robot).is_some_and(counts_visits);
         match brief.robots.at(robot).map(|robot| robot.sensor) {
             Some(Sensor::ErringCamera(_)) => observation.read(terrain, on_way, decision),
             Some(sensor @ (Sensor::Disc(_) | Sensor::Square(_) | Sensor::Track(_) | Sensor::Camera(_))) => {
-                let entered = if has_moved && counts_visits(sensor) { &[here][..] } else { &[] };
+                let entered = if visits { &[here][..] } else { &[] };
                 let landed = matches!(sensor, Sensor::Disc(_)).then_some(here);
                 let seen = on_way.iter().copied().chain(around(brief.grid, sensor, pose));
                 observation.sense(terrain, seen, entered, landed, decision);
@@ -473,9 +474,9 @@ impl Cartographer {
     }
 }
 
-/// Whether the visits of a robot with that sensor are counted: those of rovers that cover ground.
-fn counts_visits(sensor: Sensor) -> bool {
-    matches!(sensor, Sensor::Square(_))
+/// Whether a robot's visits are counted: those of rovers that cover ground.
+fn counts_visits(robot: &Robot) -> bool {
+    matches!(robot.goal, Goal::Cover(_))
 }
 
 /// A cell of the map, if it is seen.

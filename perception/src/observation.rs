@@ -30,8 +30,8 @@ pub struct Observation {
     seen: Vec<u32>,
     /// Treasures before the last landing.
     treasures: Vec<Cell>,
-    /// Whether ground of which a camera that errs has read the speed counts as passable by that: in the mission of a rover and its
-    /// helicopters alone. Among robots of other kinds, passable ground is that of hoppers.
+    /// Whether the speed that a camera that errs has read decides if ground is passable: only in the mission of a rover and its
+    /// helicopters. Among robots of other kinds, passable ground is what hoppers can stand on.
     passable_by_speed: bool,
 }
 

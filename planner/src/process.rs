@@ -290,7 +290,7 @@ impl<P: Ports> PlannerProcess<P> {
         if situation.brief.account != Account::Hopper {
             return;
         }
-        // Policies are those of the hopper of its mission, which has number 0.
+        // Only a hopper's mission has policies, and its hopper is robot 0.
         let (run, robot, decision) = (situation.state.run, RobotId(0), situation.state.decision);
         let Some(cells) = self.planner.policy() else { return };
         let (planner, error_bound) = (self.planner.name(), self.error_bound);
@@ -301,7 +301,7 @@ impl<P: Ports> PlannerProcess<P> {
     }
 
     /// Whether the mission has all robots that are to be commanded, and the algorithm can plan for them.
-    /// Otherwise the log says so once, and the brief is as good as not heard: a brief by mistake ends no planner.
+    /// Otherwise the log says so once, and the brief is ignored: a wrong brief does not stop the planner.
     fn can_plan_for(&mut self, brief: &Brief) -> bool {
         if let Some(error) = self.mismatch(brief) {
             self.refuse(brief.run, error);

@@ -234,7 +234,7 @@ fn a_brief_that_comes_after_its_state_is_planned_for() {
 }
 
 #[test]
-fn of_goals_to_visit_in_turn_that_of_the_state_is_planned_for() {
+fn of_goals_visited_in_turn_the_one_in_force_is_planned_for() {
     let goals = [Cell::new(4, 4), Cell::new(9, 2)];
     let visit = Goal::Visit(Visit::new(&goals, 9).unwrap());
     let mut brief = brief();

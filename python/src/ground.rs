@@ -60,7 +60,7 @@ impl Ground {
         &self.mission.brief
     }
 
-    /// The way of their hopper.
+    /// The leg that their hopper flies.
     pub fn leg(&self) -> &Leg {
         &self.leg
     }

@@ -9,7 +9,7 @@ pub enum Task {
     Reach,
     /// A hopper visits goals in turn.
     Patrol,
-    /// A hopper goes its way, and helicopters look ahead for it.
+    /// A hopper goes from a start to a goal, and helicopters look ahead for it.
     Accompany,
     /// Rovers cover ground.
     Cover,
@@ -20,7 +20,7 @@ pub enum Task {
 }
 
 impl Task {
-    /// That of a mission.
+    /// The task of a mission.
     pub fn of(brief: &Brief) -> Self {
         let covers = |robot: &Robot| matches!((robot.body, robot.goal), (Body::Rover(_), Goal::Cover(_)));
         match brief.account {

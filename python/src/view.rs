@@ -13,17 +13,18 @@ const BEYOND: i32 = 1 << 20;
 #[pyclass(frozen, module = "hopper")]
 pub struct Brief {
     pub brief: contract::Brief,
-    /// Where a hopper decides, its way.
+    /// The leg of the hopper that decides; `None` where another robot does.
     pub leg: Option<Leg>,
 }
 
 impl Brief {
-    /// That of who decides.
+    /// The brief for the robot that decides.
     pub fn of(situation: &Situation<'_>) -> Self {
         Self { brief: *situation.brief, leg: situation.leg.copied() }
     }
 
-    /// Start and goal: those of the leg; of other robots where the first one begins and the last one with a goal goes.
+    /// Start and goal of the leg; where another robot decides, the start of the first robot and the goal of the last one that
+    /// has a goal.
     fn ends(&self) -> [Cell; 2] {
         let (brief, start) = (&self.brief, self.brief.robots[0].start.cell);
         let goal = || brief.robots.iter().rev().find_map(|robot| robot.goal.cell(&brief.grid, 0));

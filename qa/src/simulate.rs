@@ -25,7 +25,7 @@ pub struct Args {
     /// Seeds to simulate, the last left out.
     #[arg(long, default_value = "0..2000", value_name = "A..B")]
     seeds: Seeds,
-    /// Whose missions: those of a hopper, of two or three rovers that cover ground, of a rover that helicopters scout for, of a
+    /// Whose missions: those of a hopper, of one to three rovers that cover ground, of a rover that helicopters scout for, of a
     /// hopper that they accompany, of two to five robots of any kind, or of a hopper whose hops land where they are meant to, on
     /// flat ground.
     #[arg(long, value_enum, default_value_t, value_name = "WHOSE")]
@@ -82,7 +82,7 @@ impl FromStr for Seeds {
 /// What a range of seeds came to.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Campaign {
-    /// The vehicles of all missions of the run.
+    /// The missions that were simulated.
     pub missions: Missions,
     /// Seeds simulated.
     pub seeds: u64,

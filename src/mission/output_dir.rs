@@ -275,7 +275,7 @@ impl OutputDir {
         let mut timing = BufWriter::new(create(&path)?);
         timing.write_all(report::timing_csv_heading().as_bytes()).map_err(unwritten)?;
         let mut sensed = Sensed::new(world, &brief, history.header().seed);
-        // A patrol may be longer than fits into memory or a picture.
+        // Visits in turn may be longer than fits into memory or a picture.
         let mut route = VecDeque::new();
         let mut read = history.records();
         while let Some(record) = read.next().transpose().map_err(Failure::run)? {

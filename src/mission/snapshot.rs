@@ -114,7 +114,7 @@ fn policy(brief: &Brief, map: &ObservedMap, mut state: State, planner: &str) -> 
     planner.policy()
 }
 
-/// The leg of the hopper that the state tells of, if it tells of one.
+/// The leg of a hopper's mission; `None` in other missions.
 fn hopper_leg(brief: &Brief, visits: u64) -> Option<Leg> {
     if brief.account == Account::Hopper { Some(brief.leg(visits)) } else { None }
 }

@@ -104,6 +104,9 @@ impl Action {
         Action::Done,
     ];
 
+    /// The code of every announcement, whatever its route.
+    const ANNOUNCE: u32 = 13;
+
     /// Number of wire codes.
     pub const CODES: usize = Self::ALL.len() + 1;
 
@@ -119,20 +122,20 @@ impl Action {
             Action::Fly => 10,
             Action::Wait => 11,
             Action::Done => 12,
-            Action::Announce(_) => 13,
+            Action::Announce(_) => Self::ANNOUNCE,
         }
     }
 
     /// The action of a wire code, if there is one; announcements need [`Action::with_route`].
     #[must_use]
     pub fn from_code(code: u32) -> Option<Self> {
-        Self::ALL.get(code as usize).copied()
+        Self::ALL.into_iter().find(|action| action.code() == code)
     }
 
     /// The action of a wire code and a route, 0 for none, if there is one.
     #[must_use]
     pub fn with_route(code: u32, route: u64) -> Option<Self> {
-        match (code as usize == Self::ALL.len(), route) {
+        match (code == Self::ANNOUNCE, route) {
             (true, 0) => None,
             (true, route) => Some(Action::Announce(RouteId(route))),
             (false, 0) => Self::from_code(code),

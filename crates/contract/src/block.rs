@@ -1,4 +1,4 @@
-//! Blocks of numbers: the parameters of a body, a sensor or a goal in the message that has room for any of them.
+//! Blocks of numbers: the parameters of a body, a sensor or a goal in a message.
 
 use std::fmt::Display;
 
@@ -20,9 +20,9 @@ enum Task<'a> {
 /// A parameter in a block.
 #[derive(Clone, Debug, PartialEq)]
 pub struct InBlock {
-    /// Its name; of a list, of its first item.
+    /// Its name; for a list, that of its items.
     pub name: String,
-    /// The number of the block, from 0, that holds it, or its first item.
+    /// Its index in the block, from 0; for a list, that of the first item.
     pub at: usize,
     /// What it is.
     pub reason: &'static str,
@@ -65,25 +65,8 @@ impl<'a> Block<'a> {
 
     /// A number within a range.
     pub(crate) fn float(&mut self, name: &str, reason: &'static str, range: Float, value: &mut f64) {
-        let at = self.next();
-        match &mut self.task {
-            Task::Write(values) => values[at] = *value,
-            Task::Read { prefix, values, refusal } if refusal.is_none() => {
-                match range.from_wire(&format!("{prefix}.{name}"), values[at]) {
-                    Ok(read) => *value = read,
-                    Err(refused) => *refusal = Some(refused),
-                }
-            }
-            Task::Read { .. } => {}
-            Task::Describe(parameters) => {
-                parameters.push(InBlock {
-                    name: name.into(),
-                    at,
-                    reason,
-                    range: Codec::<f64>::range(&range),
-                });
-            }
-        }
+        self.describe_as(name, reason, || Codec::<f64>::range(&range));
+        self.next(name, value, |value| [*value], |field, [read]| range.from_wire(field, read));
     }
 
     /// A whole number within a range, small enough that a float holds it.
@@ -91,34 +74,16 @@ impl<'a> Block<'a> {
     where
         W: Copy + Display + Into<u64> + TryFrom<u64>,
     {
-        let at = self.next();
-        match &mut self.task {
-            Task::Write(values) => values[at] = (*value).into() as f64,
-            Task::Read { prefix, values, refusal } if refusal.is_none() => {
-                let read = values[at] as u64;
-                let field = format!("{prefix}.{name}");
-                if (read as f64).to_bits() != values[at].to_bits() {
-                    *refusal = Some(Refusal::malformed(&field, &Codec::<u64>::range(&range), values[at]));
-                    return;
-                }
-                let narrow = Codec::<u64>::from_wire(&range, &field, read).and_then(|read| {
-                    W::try_from(read).map_err(|_| Refusal::malformed(&field, "a smaller number", read))
-                });
-                match narrow {
-                    Ok(read) => *value = read,
-                    Err(refused) => *refusal = Some(refused),
-                }
+        self.describe_as(name, reason, || Codec::<u64>::range(&range));
+        let to_block = |value: &W| [(*value).into() as f64];
+        self.next(name, value, to_block, |field, [got]| {
+            let read = got as u64;
+            if (read as f64).to_bits() != got.to_bits() {
+                return Err(Refusal::malformed(field, &Codec::<u64>::range(&range), got));
             }
-            Task::Read { .. } => {}
-            Task::Describe(parameters) => {
-                parameters.push(InBlock {
-                    name: name.into(),
-                    at,
-                    reason,
-                    range: Codec::<u64>::range(&range),
-                });
-            }
-        }
+            let read = Codec::<u64>::from_wire(&range, field, read)?;
+            W::try_from(read).map_err(|_| Refusal::malformed(field, "a smaller number", read))
+        });
     }
 
     /// One of several things by its place in `all`.
@@ -136,33 +101,21 @@ impl<'a> Block<'a> {
 
     /// A cell (x, y).
     pub(crate) fn cell(&mut self, name: &str, reason: &'static str, value: &mut Cell) {
-        if let Task::Describe(parameters) = &mut self.task {
-            parameters.push(InBlock { name: name.into(), at: self.at, reason, range: CELL.range() });
-        }
+        self.describe_as(name, reason, || CELL.range());
         self.further_cell(name, value);
     }
 
     /// Another cell of a list, which is described by its first one.
     pub(crate) fn further_cell(&mut self, name: &str, value: &mut Cell) {
-        let at = self.next();
-        self.next();
-        match &mut self.task {
-            Task::Write(values) => [values[at], values[at + 1]] = CELL.to_wire(value).map(f64::from),
-            Task::Read { prefix, values, refusal } if refusal.is_none() => {
-                let read = [values[at], values[at + 1]];
-                let cell = read.map(|coordinate| coordinate as i32);
-                let field = format!("{prefix}.{name}");
-                match CELL.from_wire(&field, cell) {
-                    Ok(cell) if [f64::from(cell.x), f64::from(cell.y)] == read => *value = cell,
-                    Ok(_) => {
-                        let got = format!("({}, {})", read[0], read[1]);
-                        *refusal = Some(Refusal::malformed(&field, "whole numbers", got));
-                    }
-                    Err(refused) => *refusal = Some(refused),
-                }
+        let to_block = |cell: &Cell| CELL.to_wire(cell).map(f64::from);
+        self.next(name, value, to_block, |field, read| {
+            let cell = CELL.from_wire(field, read.map(|coordinate| coordinate as i32))?;
+            if to_block(&cell) == read {
+                Ok(cell)
+            } else {
+                Err(Refusal::malformed(field, "whole numbers", format!("({}, {})", read[0], read[1])))
             }
-            Task::Read { .. } | Task::Describe(_) => {}
-        }
+        });
     }
 
     /// A point (x, y), metres.
@@ -173,23 +126,54 @@ impl<'a> Block<'a> {
 
     /// Refuses what follows from parameters that were read, unless it is within a range.
     pub(crate) fn holds(&mut self, name: &str, range: Float, value: f64) {
-        let is_so = range.from_wire(name, value).is_ok();
-        self.check(name, is_so, &Codec::<f64>::range(&range), value);
+        self.accept(name, |field, _| range.from_wire(field, value).map(drop));
     }
 
     /// Refuses parameters that were read and do not go together.
     pub(crate) fn check(&mut self, name: &str, is_so: bool, need: &str, got: impl Display) {
-        if let Task::Read { prefix, refusal, .. } = &mut self.task
-            && refusal.is_none()
-            && !is_so
-        {
-            *refusal = Some(Refusal::malformed(&format!("{prefix}.{name}"), need, got));
+        self.accept(name, |field, _| if is_so { Ok(()) } else { Err(Refusal::malformed(field, need, got)) });
+    }
+
+    fn describe_as(&mut self, name: &str, reason: &'static str, range: impl FnOnce() -> String) {
+        if let Task::Describe(parameters) = &mut self.task {
+            parameters.push(InBlock { name: name.into(), at: self.at, reason, range: range() });
         }
     }
 
-    fn next(&mut self) -> usize {
-        let at = self.at;
-        self.at += 1;
-        at
+    /// Writes or reads the parameter that takes the next `N` numbers.
+    fn next<T, const N: usize>(
+        &mut self,
+        name: &str,
+        value: &mut T,
+        to_block: impl FnOnce(&T) -> [f64; N],
+        from_block: impl FnOnce(&str, [f64; N]) -> Result<T, Refusal>,
+    ) {
+        let numbers = self.at..self.at + N;
+        self.at = numbers.end;
+        if let Task::Write(values) = &mut self.task {
+            values[numbers].copy_from_slice(&to_block(value));
+            return;
+        }
+        let read = self.accept(name, |field, values| {
+            from_block(field, std::array::from_fn(|item| values[numbers.start + item]))
+        });
+        if let Some(read) = read {
+            *value = read;
+        }
+    }
+
+    /// What `read` makes of the block that is read; its refusal is kept, and then nothing more is read.
+    fn accept<T>(&mut self, name: &str, read: impl FnOnce(&str, &[f64]) -> Result<T, Refusal>) -> Option<T> {
+        let Task::Read { prefix, values, refusal } = &mut self.task else { return None };
+        if refusal.is_some() {
+            return None;
+        }
+        match read(&format!("{prefix}.{name}"), values) {
+            Ok(read) => Some(read),
+            Err(refused) => {
+                *refusal = Some(refused);
+                None
+            }
+        }
     }
 }

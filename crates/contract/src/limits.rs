@@ -9,7 +9,7 @@ pub const GRID_CELLS_MAX: u32 = 1 << 20;
 /// Smallest edge of a cell, metres: no hopper is smaller.
 pub const CELL_SIZE_MIN_M: f64 = 1.0e-3;
 
-/// Most decisions of a run; a million-hop patrol with room to spare.
+/// Most decisions of a run: millions of hops, with room to spare.
 pub const DECISIONS_MAX: u64 = 1 << 32;
 
 /// Most steps of a run, in the paper's count of at most three a hop.
@@ -46,13 +46,10 @@ pub const SAMPLES_MAX: u32 = 1_000_000;
 /// Most robots of a mission.
 pub const ROBOTS_MAX: usize = 16;
 
-/// Most designs of hoppers in a mission, beside that of the brief.
-pub const DESIGNS_MAX: usize = 4;
-
 /// Most treasures of a scenario.
 pub const TREASURES_MAX: usize = 16;
 
-/// Most goals of a patrol.
+/// Most goals that a hopper visits in turn.
 pub const GOALS_MAX: usize = 16;
 
 /// Records in one page of the past.

@@ -2,8 +2,7 @@
 
 use contract::limits::PAST_PAGE_RECORDS;
 use contract::{Brief, Decision, PastPage, Record, RobotId, RunId};
-use hopper_sim::JournalError;
-use hopper_sim::process::RecordStore;
+use hopper_sim::{JournalError, RecordStore};
 
 /// Records go nowhere: what lockstep flies can be flown again. They are kept only where robots go from point to point,
 /// since perception then folds records.

@@ -160,14 +160,14 @@ impl Channel {
         }
     }
 
-    /// The channel with this topic; commands of any robot are [`Channel::Command`]. Earlier builds had the number of a robot in
-    /// the topics of state, map and pacing too.
+    /// The channel with this topic; commands of any robot are [`Channel::Command`]. In recordings of earlier builds the topics of
+    /// state, map, snapshot, control and pacing have the number of a robot too (P-OLD-RECORDING).
     #[must_use]
     pub fn of(name: &str) -> Option<Self> {
-        let of_another_robot = || Command::SERVICE.robot_of(name).map(|_| Channel::Command);
         let found = |name: &str| Self::ALL.into_iter().find(|topic| topic.name() == name);
+        let command = || Command::SERVICE.robot_of(name).map(|_| Channel::Command);
         let of_earlier_build = || found(&name.replacen("hop/r0/", "hop/", 1));
-        found(name).or_else(of_another_robot).or_else(of_earlier_build)
+        found(name).or_else(command).or_else(of_earlier_build)
     }
 
     /// Full protobuf name of its messages.

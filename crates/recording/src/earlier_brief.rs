@@ -1,4 +1,4 @@
-//! Briefs of recordings from before briefs listed their robots: of the mission of a hopper alone.
+//! Briefs of earlier builds, which did not list their robots: those of a lone hopper are read, all others refused.
 
 use contract::wire::{BriefV10, brief_from_wire};
 use contract::{
@@ -11,11 +11,11 @@ use crate::proto::hopper as proto;
 /// The brief of a message without robots.
 ///
 /// # Errors
-/// If it is of another mission than that of a hopper alone, or a field is out of range.
+/// If it is not that of a lone hopper, or a field is out of range.
 pub(crate) fn read(message: &proto::Brief) -> Result<Brief, Refusal> {
     let proto::Brief { robot_count, cover_percent, rover_samples, required, .. } = *message;
     if (robot_count, cover_percent, rover_samples, required) != (1, 0, 0, 0) {
-        let need = "a list of robots, unless it is of a hopper alone";
+        let need = "a list of robots, or the brief of a lone hopper";
         return Err(Refusal::malformed("Brief.robots", need, format!("none for {robot_count} robots")));
     }
     let wire = BriefV10 { account: Account::Hopper.code(), ..message.try_into()? };
@@ -78,7 +78,7 @@ mod tests {
     use super::*;
     use crate::{Channel, Recording};
 
-    /// The brief of a hopper alone, as builds wrote it before.
+    /// The brief of a lone hopper, as an earlier build wrote it.
     fn earlier() -> proto::Brief {
         let recording = Recording::read(include_bytes!("../../../tests/golden/hard.mcap")).unwrap();
         let brief = recording.entries().find(|entry| entry.known == Some(Channel::Brief)).unwrap();
@@ -87,7 +87,7 @@ mod tests {
 
     /// P-OLD-RECORDING.
     #[test]
-    fn a_brief_of_before_is_read_of_a_hopper_alone_and_refused_of_others() {
+    fn an_earlier_brief_is_read_if_it_is_of_a_lone_hopper_and_else_refused() {
         let brief = read(&earlier()).unwrap();
         assert_eq!((brief.account, brief.robots.count()), (Account::Hopper, 1));
         let leg = brief.leg(0);

@@ -1,9 +1,9 @@
 //! Where the robots of a mission are to go.
 
-use contract::{Brief, Cell, Goal, Grid, Robot, RobotId};
+use contract::{Brief, Cell, Goal, Grid, Robot, RobotId, Waypoint};
 
-/// The robot that alone goes to places, while all others look ahead for it; `None` where several robots have goals, or ground is
-/// to be covered.
+/// The only robot with a goal, if that goal is a place and all others look ahead; `None` where several robots have goals, or ground
+/// is to be covered.
 #[must_use]
 pub fn with_only_goal(brief: &Brief) -> Option<(RobotId, &Robot)> {
     let mut with_goals =
@@ -14,12 +14,21 @@ pub fn with_only_goal(brief: &Brief) -> Option<(RobotId, &Robot)> {
     }
 }
 
-/// The cells of a goal in the order in which they are visited; none where there are no places to go to.
+/// The cells of a goal in the order in which they are visited; none if the goal is no place.
 #[must_use]
 pub fn goal_cells(goal: &Goal, grid: &Grid) -> Vec<Cell> {
     match goal {
         Goal::Reach(reach) => vec![reach.at.cell_of(grid)],
         Goal::Visit(visit) => visit.goals().to_vec(),
         Goal::Cover(_) | Goal::LookAhead(_) => Vec::new(),
+    }
+}
+
+/// As [`goal_cells`], as points: the middle of each cell, but of a goal that is a point this point.
+#[must_use]
+pub fn goal_points(goal: &Goal, grid: &Grid) -> Vec<Waypoint> {
+    match goal {
+        Goal::Reach(reach) => vec![reach.at],
+        _ => goal_cells(goal, grid).into_iter().map(|cell| Waypoint::middle_of(grid, cell)).collect(),
     }
 }

@@ -17,7 +17,7 @@ pub(crate) struct EndSentence {
     pub cell: Cell,
     pub distance_to_goal_m: f64,
     /// Goals visited; `None` unless they are visited in turn.
-    pub patrolled: Option<u64>,
+    pub visited: Option<u64>,
     /// What several robots were to do; `None` for a single hopper.
     pub team: Option<TeamEffort>,
 }
@@ -83,7 +83,7 @@ impl fmt::Display for EndSentence {
             // The last hop may end beyond the limit: it costs two steps or three.
             spent = format!("{}, {steps} steps, limit {steps_max}", counted(*hops, "hop"));
         }
-        if let Some(visits) = self.patrolled {
+        if let Some(visits) = self.visited {
             spent = format!("{}, {}, {steps} steps", counted(visits, "visit"), counted(*hops, "hop"));
         }
         let status = match self.outcome {
@@ -93,7 +93,7 @@ impl fmt::Display for EndSentence {
             }
         };
         match status {
-            Status::Goal if self.patrolled.is_some() => write!(f, "Patrol flown to {cell}: {spent}."),
+            Status::Goal if self.visited.is_some() => write!(f, "Patrol flown to {cell}: {spent}."),
             Status::Goal => write!(f, "Goal reached at {cell}: {spent}."),
             Status::Deadlock => {
                 write!(f, "Out of steps at {cell}, {short_m:.1} m short of the goal: {spent}.")

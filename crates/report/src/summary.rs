@@ -209,8 +209,8 @@ impl Summary {
         let &Self { outcome, hops, steps, steps_max, cell, team, .. } = self;
         // Where robots have no goal in common no sentence names a distance.
         let distance_to_goal_m = self.distance_to_goal_m.unwrap_or_default();
-        let patrolled = self.is_patrol.then_some(self.visits);
-        EndSentence { outcome, hops, steps, steps_max, cell, distance_to_goal_m, patrolled, team }.to_string()
+        let visited = self.is_patrol.then_some(self.visits);
+        EndSentence { outcome, hops, steps, steps_max, cell, distance_to_goal_m, visited, team }.to_string()
     }
 
     /// Moves by outcome, where they led, and the time they took in the simulated world.

@@ -129,14 +129,14 @@ fn each_outcome_has_its_sentence() {
 #[test]
 fn each_outcome_of_several_robots_has_its_sentence() {
     let mut summary = summary(&STEPS);
-    let (cover, scout) = (Some(12), None);
+    let (cover, reach) = (Some(12), None);
     for (outcome, covered, need) in [
         (Ending::Mission(Status::Goal), cover, "Covered, 12 cells: 9 actions of 4 robots"),
-        (Ending::Mission(Status::Goal), scout, "The rover is at the goal, (3, 3): 9 actions of 4 robots"),
+        (Ending::Mission(Status::Goal), reach, "The rover is at the goal, (3, 3): 9 actions of 4 robots"),
         (Ending::Mission(Status::Deadlock), cover, "Out of actions: 9 actions of 4 robots"),
         (Ending::Mission(Status::Lost), cover, "No robot can go on: 9 actions of 4 robots"),
-        (Ending::Mission(Status::Lost), scout, "The rover is stuck: 9 actions of 4 robots"),
-        (Ending::Stopped, scout, "Stopped: 9 actions of 4 robots"),
+        (Ending::Mission(Status::Lost), reach, "The rover is stuck: 9 actions of 4 robots"),
+        (Ending::Stopped, reach, "Stopped: 9 actions of 4 robots"),
     ] {
         summary.outcome = outcome;
         summary.team = Some(TeamEffort { robots: 4, actions: 9, covered, is_mixed: false });
@@ -146,7 +146,7 @@ fn each_outcome_of_several_robots_has_its_sentence() {
 
 /// A rover with a goal, alone with helicopters or beside a hopper, a rover that covers ground and a helicopter; robot 0 has acted
 /// twice, robot 1 once.
-fn team_summary(mixed: bool, outcome: Status) -> Summary {
+fn team_summary(has_own_goals: bool, outcome: Status) -> Summary {
     let alone = brief(5);
     let mut records = records(&alone, &STEPS[..3], 2);
     let point = Waypoint { x_m: 1.0, y_m: 1.0 };
@@ -157,7 +157,7 @@ fn team_summary(mixed: bool, outcome: Status) -> Summary {
         goal: Goal::Cover(Cover::default()),
         ..driver
     };
-    let (account, robots) = match mixed {
+    let (account, robots) = match has_own_goals {
         true => (Account::ActionsWithoutWaits, [driver, alone.robots[0], covering, helicopter]),
         false => (Account::Actions, [driver, helicopter, helicopter, helicopter]),
     };

@@ -3,8 +3,8 @@
 use std::fmt;
 
 use contract::{
-    Account, Body, Brief, Camera, Cover, CoverMode, ErringCamera, Goal, Helicopter, Leg, Placement, Reach,
-    Robot, Rover, Sampling, Sensor, Soil, Square,
+    Account, Body, Brief, Camera, Cover, CoverMode, ErringCamera, Goal, Helicopter, Leg, Limits, Placement,
+    Reach, Robot, Rover, Sampling, Sensor, Soil, Square,
 };
 use serde::Serialize;
 
@@ -24,8 +24,8 @@ pub struct ScenarioCheck {
     pub sand_share: f64,
     /// Share of cells that are impassable, 0 to 1.
     pub impassable_share: f64,
-    /// Fewest hops over passable ground to the goal of the hopper that the mission is of; `None` if no chain of hops leads there, or
-    /// there is no such hopper.
+    /// Fewest hops over passable ground to the goal, in a hopper's mission; `None` if no chain of hops leads there, and in other
+    /// missions.
     pub hops_min: Option<u32>,
     /// Warnings; empty for a sound scenario.
     #[serde(rename = "findings")]
@@ -108,13 +108,17 @@ impl ScenarioCheck {
         }
         Ok(())
     }
-}
 
-impl ScenarioCheck {
     fn write_limits(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let limits = &self.brief.limits;
-        let budget_ms = limits.decision_budget_ns as f64 / 1e6;
-        write_line(f, "limits", &format!("{} steps, {budget_ms} ms a decision", limits.steps_max))
+        let Limits { steps_max, decision_budget_ns } = self.brief.limits;
+        let steps = match self.brief.account {
+            Account::Hopper if self.brief.visits().is_some() => "no limit of steps".to_owned(),
+            Account::Hopper => format!("{steps_max} steps"),
+            Account::Actions => format!("{steps_max} actions of each robot"),
+            Account::ActionsWithoutWaits => format!("{steps_max} actions of each robot, without waits"),
+        };
+        let budget_ms = decision_budget_ns as f64 / 1e6;
+        write_line(f, "limits", &format!("{steps}, {budget_ms} ms a decision"))
     }
 
     /// Writes what the robots shall do, how they move and sense, and when they fail.
@@ -177,7 +181,7 @@ fn tasks_in_words(brief: &Brief) -> String {
     let is_one_task = brief.account == Account::Actions || brief.robots.iter().all(covers);
     let needed = (!is_one_task).then(|| {
         let needed = brief.robots.those(|robot| robot.required);
-        format!("tasks of their own, of which those of the robots {needed} are needed")
+        format!("a goal for each robot; needed are those of robots {needed}")
     });
     let cover = brief.cover().map(cover_in_words);
     let sampling = brief.sampling.as_ref().map(sampling_in_words);
@@ -219,7 +223,7 @@ fn in_words(robot: &Robot, brief: &Brief) -> String {
             format!("helicopter at {start_at}, {speed_mps} m/s, {budget_m} m of flight")
         }
         Body::Hopper(_) => match goal.cell(&brief.grid, 0) {
-            // Where the mission is that of one hopper, its goal is told with the mission.
+            // The goal of a hopper's mission has a line of its own.
             Some(goal) if brief.account != Account::Hopper => format!("hopper from {cell} to {goal}"),
             _ => format!("hopper at {cell}"),
         },

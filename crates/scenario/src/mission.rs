@@ -134,7 +134,8 @@ pub struct Ranges {
 #[cfg_attr(test, derive(JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct MissionLimits {
-    /// Steps, in the paper's count of 2 or 3 a hop, after which the mission is a deadlock.
+    /// Steps, in the paper's count of 2 or 3 a hop, after which a hopper's mission is a deadlock; in other missions, actions of each
+    /// robot.
     pub steps_max: u64,
     /// Budget of one decision, landing to commit, milliseconds; used in reports only, it changes no decision.
     pub decision_budget_ms: f64,

@@ -18,6 +18,7 @@ use terrain::{Rectangle, Relief, Sand, Terrain, TerrainError};
 use crate::bounds::in_range;
 use crate::error::refuse;
 use crate::resolved::{ResolvedScenario, canonical, hash};
+use crate::robot::check_radius_min;
 use crate::robots::Design;
 use crate::shape::{Shaped, grid};
 use crate::truth::Mobility;
@@ -233,8 +234,8 @@ impl Scenario {
         Ok(cells)
     }
 
-    /// Writes speeds and prior of uncertain ground into `terrain`; the trip of a driver, where the ground has one of its own. Passages
-    /// are the world of the Monte Carlo study, bit for bit.
+    /// Writes speeds and prior of uncertain ground into `terrain`. Returns the trip of passages, which are the world of the Monte Carlo
+    /// study, bit for bit.
     fn spread(&self, shaped: &Shaped, terrain: &mut Terrain) -> Result<Option<Trip>, ScenarioError> {
         let mobility = self.truth.mobility.as_ref();
         let passages = match &self.truth.terrain {
@@ -324,13 +325,7 @@ impl Scenario {
         });
         let hop_m = grid.hop_distance_m();
         let min_m = *sensor.radius_min_m.get_or_insert(hop_m);
-        if min_m.is_nan() || min_m < hop_m * (1.0 - 1e-9) {
-            return Err(ScenarioError::Value {
-                field: "robot.sensor.radius_min_m",
-                need: "at least one hop, so that the hopper sees where it may land",
-                got: format!("{min_m} m with hops of {hop_m} m"),
-            });
-        }
+        check_radius_min("robot.sensor.radius_min_m", min_m, hop_m)?;
         let diagonal_m = libm::hypot(f64::from(grid.width), f64::from(grid.height)) * grid.cell_size_m;
         sensor.radius_max_m.get_or_insert(diagonal_m.max(min_m));
         Ok(())

@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::ScenarioError;
 use crate::bounds::in_range;
+use crate::error::refuse;
 
 /// The hopper; its defaults are those of Sakamoto & Kunii 2023.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -19,7 +20,7 @@ pub struct Robot {
     pub launch_angle_deg: f64,
     /// Surface gravity, m/s2.
     pub gravity_mps2: f64,
-    /// Slope at which a hop no longer makes way, degrees; steeper ground is impassable.
+    /// Slope at which a hop no longer gets anywhere, degrees; steeper ground is impassable.
     pub slope_limit_deg: f64,
     /// Scatter of hops from hard ground.
     pub hard: Scatter,
@@ -93,6 +94,19 @@ impl Robot {
 pub(crate) fn check_launch_angle(field: &'static str, launch_angle_deg: f64) -> Result<(), ScenarioError> {
     let angles_deg = 0.01_f64.to_degrees()..=1.56_f64.to_degrees();
     in_range(field, launch_angle_deg, angles_deg, "0.573 to 89.381 degrees")
+}
+
+/// Refuses a smallest radius of a sensor below `hop_m`, the length of a hop.
+pub(crate) fn check_radius_min(
+    field: &'static str,
+    radius_min_m: f64,
+    hop_m: f64,
+) -> Result<(), ScenarioError> {
+    if radius_min_m.is_nan() || radius_min_m < hop_m * (1.0 - 1e-9) {
+        let got = format!("{radius_min_m} m with hops of {hop_m} m");
+        return refuse(field, "at least one hop, so that the hopper sees where it may land", got);
+    }
+    Ok(())
 }
 
 impl Default for Scatter {

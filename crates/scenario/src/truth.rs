@@ -19,7 +19,7 @@ pub struct Truth {
     /// Where it is sand; nowhere by default.
     #[serde(default)]
     pub sand: SandRules,
-    /// How fast a rover drives on it, for missions with a driver or of several robots.
+    /// How fast a rover drives on it, where robots drive: not in a hopper's mission.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mobility: Option<Mobility>,
     /// Cells (x, y) with treasures, at most 16; known to a planner once seen, collected on landing.
@@ -141,7 +141,7 @@ pub struct Obstacles {
 }
 
 /// The Monte Carlo world of Folsom et al. 2021: what is known of its passages beforehand, their true speeds, start and goal
-/// are drawn; the same seed gives the same world. For missions with a driver or of several robots.
+/// are drawn; the same seed gives the same world. Not for a hopper's mission.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(JsonSchema))]
 #[serde(deny_unknown_fields)]

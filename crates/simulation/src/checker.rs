@@ -50,12 +50,12 @@ type Sent = (RunId, RobotId, Incarnation, Decision, Digest, Term, u32, u64);
 
 /// Sees every message, every commit and every reader's map, and holds them to the promises.
 #[derive(Debug)]
-pub(crate) struct Checker<M> {
+pub(crate) struct Checker {
     mission: Mission,
     opening: State,
     records: Vec<Record>,
     /// All robots after those records.
-    model: M,
+    model: Box<dyn Model>,
     succession: Succession,
     sent: BTreeSet<Sent>,
     maps: SeenMaps,
@@ -78,14 +78,14 @@ pub(crate) struct Checker<M> {
     violation: Option<Violation>,
 }
 
-impl<M: Model> Checker<M> {
+impl Checker {
     /// Checks the first mission of `setup` from its start, by its model.
     #[must_use]
-    pub fn new(setup: &Setup, model: M) -> Self {
+    pub fn new(setup: &Setup, model: Box<dyn Model>) -> Self {
         Self::of(&setup.mission, model, Pacing::begin(setup.control, setup.pace))
     }
 
-    fn of(mission: &Mission, model: M, pacing: Pacing) -> Self {
+    fn of(mission: &Mission, model: Box<dyn Model>, pacing: Pacing) -> Self {
         let start = *Arbiter::new(mission.clone(), None, Pace::Max, 0, MonotonicNs(0)).state();
         let opening = State { digest: first_digest(&mission.brief, mission.seed), ..start };
         let mut checker = Self {
@@ -158,8 +158,8 @@ impl<M: Model> Checker<M> {
     }
 
     /// All robots after the records so far.
-    pub(crate) fn model(&self) -> &M {
-        &self.model
+    pub(crate) fn model(&self) -> &dyn Model {
+        &*self.model
     }
 
     /// Rare events that `record` shows, which is about to be committed.
@@ -230,7 +230,9 @@ impl<M: Model> Checker<M> {
             return;
         }
         let chance = Chance::new(chance.bits(), "play");
-        if let Some(violation) = Play::new(&self.mission, arbiter, &self.model, chance, now).run(coverage) {
+        if let Some(violation) =
+            Play::new(&self.mission, arbiter, self.model.copy(), chance, now).run(coverage)
+        {
             self.violate(violation.rule, || violation.detail);
         }
     }

@@ -54,6 +54,9 @@ const ALL: &[Missions] = &[
     Missions::Mixed,
     Missions::Protocol,
 ];
+const UNCERTAIN: &[Missions] =
+    &[Missions::Hopper, Missions::Rovers, Missions::Scouts, Missions::Accompanied, Missions::Mixed];
+const PROTOCOL: &[Missions] = &[Missions::Protocol];
 const HOPPER: &[Missions] = &[Missions::Hopper];
 const ALONE: &[Missions] = &[Missions::Hopper, Missions::Protocol];
 const ROVERS: &[Missions] = &[Missions::Rovers];
@@ -79,7 +82,8 @@ pub const SOMETIMES: &[Sometimes] = &[
     sometimes("map", "patch_between_pages", ALL, 500),
     sometimes("map", "pass_undisturbed", ALL, 500),
     sometimes("map", "pass_disturbed", ALL, 500),
-    sometimes("map", "pass_repeated", ALL, 2_000),
+    sometimes("map", "pass_repeated", UNCERTAIN, 2_000),
+    sometimes("map", "pass_repeated", PROTOCOL, 20_000),
     sometimes("run", "after_the_end", ALL, 500),
     sometimes("map", "asked_again", ALL, 2_000),
     sometimes("journal", "replaced_before", ALL, 500),

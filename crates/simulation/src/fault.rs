@@ -240,7 +240,7 @@ pub enum Forgery {
     Usurped,
     /// No command at all.
     Malformed,
-    /// A rover told to fly, or a helicopter to drive.
+    /// An action that only robots of another body can take.
     Kind,
     /// A route whose points nobody has sent.
     UnknownRoute,

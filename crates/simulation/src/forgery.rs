@@ -39,6 +39,8 @@ pub(crate) fn forge(world: &mut World, forgery: Forgery) {
     let message = match forgery {
         Forgery::Run => Ok(Command { run: RunId(run.0 ^ 1), ..forged }),
         Forgery::Robot => Ok(Command { robot: RobotId(7), ..forged }),
+        // A robot alone is always due.
+        Forgery::NotDue if other == robot => return,
         Forgery::NotDue => Ok(Command { robot: other, term: checker.leader_of(other).term.next(), ..forged }),
         Forgery::Blocked => match checker.blocked_action() {
             Some(action) => Ok(Command { action, ..forged }),
@@ -92,7 +94,7 @@ pub(crate) fn forge(world: &mut World, forgery: Forgery) {
 }
 
 /// An action that the robot that is due must not take, and the points of the route that it names.
-fn forged_route(model: &impl Model, forgery: Forgery) -> Option<(Action, Option<Route>)> {
+fn forged_route(model: &dyn Model, forgery: Forgery) -> Option<(Action, Option<Route>)> {
     let at = model.at();
     let route = |points: Vec<Waypoint>| {
         let route = Route::new(points).ok()?;

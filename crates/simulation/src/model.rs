@@ -40,38 +40,59 @@ pub(crate) struct Way {
     pub pose: Pose,
 }
 
-/// The robots of a mission after some decisions, as they should be.
-pub(crate) trait Model: Clone + Debug {
+/// How long an action that came to `outcome` takes, nanoseconds.
+pub(crate) fn duration_ns(outcome: &Outcome) -> u64 {
+    (outcome.flight.flight_time_s * f64::from(outcome.flight.flights) * 1e9).round() as u64
+}
+
+/// The robots of a mission after some decisions, as they should be. The default answers are those of a single robot that goes from
+/// cell to cell.
+pub(crate) trait Model: Debug {
+    /// The same model, to be changed apart.
+    fn copy(&self) -> Box<dyn Model>;
+
     /// A model of the same kind before the first decision of `mission`. What planners have published stays known, since it may
     /// come late.
-    fn anew(&self, mission: &Mission) -> Self;
+    fn anew(&self, mission: &Mission) -> Box<dyn Model>;
 
     /// A record was committed, as the journal holds it.
     fn committed(&mut self, record: &Record);
 
     /// Whose turn it is; once nobody can act, who acted last.
-    fn due(&self) -> RobotId;
+    fn due(&self) -> RobotId {
+        RobotId(0)
+    }
 
     /// Whether nobody acts next because all that still could wait for each other.
-    fn is_all_waiting(&self) -> bool;
+    fn is_all_waiting(&self) -> bool {
+        false
+    }
 
     /// Who commands a robot.
     fn leader(&self, robot: RobotId) -> Leader;
 
-    /// The message about all robots as of the state of `decision` with `digest`.
-    fn team(&self, run: RunId, decision: Decision, digest: Digest) -> Team;
+    /// The message about all robots as of the state of `decision` with `digest`. A hopper alone has none: nobody compares its default.
+    fn team(&self, run: RunId, decision: Decision, digest: Digest) -> Team {
+        Team { run, decision, digest, due: self.due(), actor: None, members: [].into() }
+    }
 
     /// Simulated time from the beginning of the last action, which came to `outcome`, to that of the next, nanoseconds.
-    fn lasts_ns(&self, outcome: &Outcome) -> u64;
+    fn lasts_ns(&self, outcome: &Outcome) -> u64 {
+        duration_ns(outcome)
+    }
 
     /// What `action` of the robot that is due comes to in the state `before`; `None` if it must be refused.
     fn execute(&self, before: &State, action: Action) -> Option<(RobotId, Execution)>;
 
     /// What the robot that is due must not do whatever is known of the ground, such as to go where another one is.
-    fn blocked(&self) -> Vetoed;
+    fn blocked(&self) -> Vetoed {
+        Vetoed::NONE
+    }
 
     /// One action that is blocked, the most telling if there are several.
-    fn blocked_action(&self) -> Option<Action>;
+    fn blocked_action(&self) -> Option<Action> {
+        None
+    }
 
     /// What the guard vetoes where so much is known of each cell, in index order: what is blocked, and what is too dangerous.
     fn vetoed(&self, known: &[Option<Ground>]) -> Vetoed;
@@ -87,13 +108,17 @@ pub(crate) trait Model: Clone + Debug {
     fn see(&self, record: Option<&Record>, expected: &mut Expected);
 
     /// Indices of the cells that a planner takes for impassable because other robots stand there.
-    fn closed(&self, situation: &Situation<'_>) -> Vec<usize>;
+    fn closed(&self, _situation: &Situation<'_>) -> Vec<usize> {
+        Vec::new()
+    }
 
     /// The way that the planner of the robot that is due is given after so many visits, if it is given one.
     fn way(&self, visits: u64) -> Option<Way>;
 
     /// Whether the route that monitors draw holds what a robot does.
-    fn is_on_route(&self, robot: RobotId) -> bool;
+    fn is_on_route(&self, _robot: RobotId) -> bool {
+        true
+    }
 
     /// The routes that planners have published and decisions have announced.
     fn routes(&self) -> &Routes;
@@ -102,20 +127,30 @@ pub(crate) trait Model: Clone + Debug {
     fn routes_mut(&mut self) -> &mut Routes;
 
     /// The action by which the robot that is due goes on along a route, if it goes along one.
-    fn along_route(&self) -> Option<Action>;
+    fn along_route(&self) -> Option<Action> {
+        None
+    }
 
     /// The point where the robot that is due begins its next route.
     fn at(&self) -> Waypoint;
 
     /// The cells on which robots stand other than the one that is due.
-    fn others_at(&self) -> Vec<Cell>;
+    fn others_at(&self) -> Vec<Cell> {
+        Vec::new()
+    }
 
     /// How long the routes of the robot that is due may still be, metres, if there is a limit.
-    fn budget_left_m(&self) -> Option<f64>;
+    fn budget_left_m(&self) -> Option<f64> {
+        None
+    }
 
     /// An action that only robots of another kind than the one that is due can take.
-    fn foreign_action(&self) -> Action;
+    fn foreign_action(&self) -> Action {
+        Action::Fly
+    }
 
     /// Rare events that `record` shows, which is about to be committed after the records `before`.
-    fn events(&self, missions: Missions, record: &Record, before: &[Record]) -> Vec<Counter>;
+    fn events(&self, _missions: Missions, _record: &Record, _before: &[Record]) -> Vec<Counter> {
+        Vec::new()
+    }
 }

@@ -14,7 +14,6 @@ use recording::{Recording, last_run};
 use crate::checker::Known;
 use crate::life::Life;
 use crate::life::Pass;
-use crate::model::Model;
 use crate::recorded::decisions_recorded;
 use crate::setup::Missions;
 use crate::stream::Asked;
@@ -226,7 +225,7 @@ impl World {
         } else if let Some(team) = message.downcast_ref::<Team>() {
             life.knows_team(team, now);
         } else if let Some(announcement) = message.downcast_ref::<Announcement>() {
-            self.scouting.heard(life, announcement);
+            self.route_memory.heard(life, announcement);
             if life.role == Role::HopperSim {
                 self.checker.offered(announcement);
             }

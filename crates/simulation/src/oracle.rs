@@ -15,7 +15,7 @@ use hopper_sim::dynamics::Execution;
 use planner::Situation;
 
 use crate::expected::{Expected, Shown, disc, square};
-use crate::model::{Counter, Follows, Model, Way};
+use crate::model::{Counter, Follows, Model, Way, duration_ns};
 use crate::routes::Routes;
 use crate::setup::Missions;
 
@@ -106,8 +106,11 @@ impl Oracle {
 
     /// The action of a robot has come to `outcome`. `steps` are those of the hopper, where the mission counts them.
     fn take(&mut self, number: usize, (decision, action): (Decision, Action), outcome: &Outcome, steps: u64) {
-        let robot = self.turns.actors[number].robot;
-        body::of(&robot).take(self, number, decision, action, outcome);
+        if self.turns.actors[number].body().along_route().is_some() {
+            along::take(self, number, decision, action);
+        } else {
+            self.turns.take_in_cells(number, action, outcome);
+        }
         let coverer = self.coverers.iter().position(|coverer| *coverer == number);
         let is_stranded = outcome.branch == Branch::Stranded;
         if let (Some(coverer), Some(covering), false) = (coverer, &mut self.covering, is_stranded) {
@@ -167,8 +170,12 @@ impl Oracle {
 }
 
 impl Model for Oracle {
-    fn anew(&self, mission: &Mission) -> Self {
-        Self::with_routes(mission, self.routes.anew(mission.brief.run))
+    fn copy(&self) -> Box<dyn Model> {
+        Box::new(self.clone())
+    }
+
+    fn anew(&self, mission: &Mission) -> Box<dyn Model> {
+        Box::new(Self::with_routes(mission, self.routes.anew(mission.brief.run)))
     }
 
     fn committed(&mut self, record: &Record) {
@@ -201,11 +208,7 @@ impl Model for Oracle {
 
     /// The whole action of a hopper alone.
     fn lasts_ns(&self, outcome: &Outcome) -> u64 {
-        if self.mission.brief.has_team() {
-            return self.turns.lasts_ns();
-        }
-        let flight = outcome.flight;
-        (flight.flight_time_s * f64::from(flight.flights) * 1e9).round() as u64
+        if self.mission.brief.has_team() { self.turns.lasts_ns() } else { duration_ns(outcome) }
     }
 
     fn execute(&self, before: &State, action: Action) -> Option<(RobotId, Execution)> {

@@ -23,11 +23,11 @@ const WAKES_MAX: usize = 64;
 const NOBODY: Incarnation = Incarnation(u64::MAX - 1);
 
 /// A copy of the arbiter, and the robots as they should be.
-pub(crate) struct Play<'a, M> {
+pub(crate) struct Play<'a> {
     mission: &'a Mission,
     run: RunId,
     arbiter: Arbiter,
-    model: M,
+    model: Box<dyn Model>,
     chance: Chance,
     now: MonotonicNs,
 }
@@ -38,11 +38,16 @@ enum Answer {
     Refused(&'static str),
 }
 
-impl<'a, M: Model> Play<'a, M> {
+impl<'a> Play<'a> {
     /// Begins where the mission stands.
-    pub fn new(mission: &'a Mission, arbiter: &Arbiter, model: &M, chance: Chance, now: MonotonicNs) -> Self {
-        let (arbiter, model) = (arbiter.clone(), model.clone());
-        Self { mission, run: mission.brief.run, arbiter, model, chance, now }
+    pub fn new(
+        mission: &'a Mission,
+        arbiter: &Arbiter,
+        model: Box<dyn Model>,
+        chance: Chance,
+        now: MonotonicNs,
+    ) -> Self {
+        Self { mission, run: mission.brief.run, arbiter: arbiter.clone(), model, chance, now }
     }
 
     /// Plays some decisions; the first promise that would be broken, if one would.

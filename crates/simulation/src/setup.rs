@@ -34,7 +34,7 @@ pub enum Missions {
     /// A hopper alone.
     #[default]
     Hopper,
-    /// Two or three rovers that cover ground.
+    /// One to three rovers that cover ground.
     Rovers,
     /// A rover that drives to a goal over ground of uncertain speed, and one or two helicopters
     /// that look ahead.
@@ -59,7 +59,7 @@ pub struct Seat {
 /// Everything about a simulation that is no fault.
 #[derive(Clone, Debug)]
 pub struct Setup {
-    /// Whose missions they are.
+    /// Which missions are flown.
     pub missions: Missions,
     /// The mission that is begun first.
     pub mission: Mission,
@@ -278,6 +278,7 @@ fn rover_mission(seed: u64, number: u64) -> Mission {
         percent: chance.pick(&[60, 90, 100]),
         mode: chance.pick(&[CoverMode::Overlap, CoverMode::Voronoi]),
     };
+    // Drawn last, so that seeds keep their robots.
     robots.iter_mut().for_each(|robot| robot.goal = Goal::Cover(cover));
     let brief = Brief { limits, guard: Guard { deadline_ns, ..BRIEF.guard }, robots: team(&robots), ..brief };
     Mission {

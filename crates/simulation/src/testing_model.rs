@@ -4,29 +4,26 @@
 use std::sync::Arc;
 
 use contract::{
-    Action, Branch, Cell, Collected, Decision, Digest, Flight, Goal, Ground, Leader, Member, Origin, Outcome,
-    Placement, Pose, Record, RobotId, RunId, Standing, State, Status, Team, Vetoed, Waypoint,
+    Action, Branch, Cell, Collected, Decision, Flight, Goal, Ground, Leader, Origin, Outcome, Pose, Record,
+    RobotId, State, Status, Vetoed, Waypoint,
 };
 use hopper_sim::Mission;
 use hopper_sim::dynamics::Execution;
-use planner::Situation;
 
 use crate::expected::{Expected, Shown, disc};
-use crate::model::{Counter, Follows, Model, Way};
+use crate::model::{Follows, Model, Way};
 use crate::routes::Routes;
-use crate::setup::Missions;
 
 const HOPPER: RobotId = RobotId(0);
 
-/// A hopper alone after some decisions, none of which has surprised it.
+/// A hopper alone after some decisions, each of which came out as it was meant to.
 #[derive(Clone, Debug)]
 pub(crate) struct TestingModel {
     mission: Arc<Mission>,
     cell: Cell,
     leader: Leader,
-    last: Option<Decision>,
     shown: Vec<Shown>,
-    /// What rogues have published: it follows none.
+    /// Published by planners that are not those of the mission; the hopper follows none.
     routes: Routes,
 }
 
@@ -36,7 +33,6 @@ impl TestingModel {
         let mut begun = Self {
             cell: mission.brief.robots[0].start.cell,
             leader: Leader::default(),
-            last: None,
             shown: vec![Shown::Nothing; mission.brief.grid.cells()],
             routes: Routes::none(mission.brief.run),
             mission: mission.clone().into(),
@@ -55,9 +51,13 @@ impl TestingModel {
         disc(brief, sensor, self.pose()).for_each(|index| self.shown[index] = Shown::Truth);
     }
 
-    /// The cell to which it is to go after so many visits.
+    /// The cell to which it is to go after so many visits; cells are a metre wide.
     fn goal(&self, visits: u64) -> Cell {
-        self.mission.brief.robots[0].goal.cell(&self.mission.brief.grid, visits).expect("it goes to cells")
+        match self.mission.brief.robots[0].goal {
+            Goal::Reach(reach) => Cell::new(reach.at.x_m as i32, reach.at.y_m as i32),
+            Goal::Visit(visit) => visit.goals()[visits as usize % visit.goals().len()],
+            Goal::Cover(_) | Goal::LookAhead(_) => unreachable!("a hopper goes to cells"),
+        }
     }
 
     /// How the mission stands after decision `decision`, which has brought it to `at`.
@@ -75,51 +75,21 @@ impl TestingModel {
 }
 
 impl Model for TestingModel {
-    fn anew(&self, mission: &Mission) -> Self {
-        Self { routes: self.routes.anew(mission.brief.run), ..Self::begin(mission) }
+    fn copy(&self) -> Box<dyn Model> {
+        Box::new(self.clone())
+    }
+
+    fn anew(&self, mission: &Mission) -> Box<dyn Model> {
+        Box::new(Self { routes: self.routes.anew(mission.brief.run), ..Self::begin(mission) })
     }
 
     fn committed(&mut self, record: &Record) {
-        (self.cell, self.leader, self.last) = (record.outcome.to, record.leader, Some(record.decision));
+        (self.cell, self.leader) = (record.outcome.to, record.leader);
         self.look_around();
-    }
-
-    fn due(&self) -> RobotId {
-        HOPPER
-    }
-
-    fn is_all_waiting(&self) -> bool {
-        false
     }
 
     fn leader(&self, robot: RobotId) -> Leader {
         if robot == HOPPER { self.leader } else { Leader::default() }
-    }
-
-    /// Nobody publishes it of a hopper alone.
-    fn team(&self, run: RunId, decision: Decision, digest: Digest) -> Team {
-        let at = Placement { cell: self.cell, ..self.mission.brief.robots[0].start };
-        let member = Member {
-            at,
-            ready_at_ns: 0,
-            standing: Standing::Active,
-            waits: false,
-            leader: self.leader,
-            last: self.last,
-            travel: None,
-        };
-        Team {
-            run,
-            decision,
-            digest,
-            due: HOPPER,
-            actor: self.last.map(|_| HOPPER),
-            members: [member].into(),
-        }
-    }
-
-    fn lasts_ns(&self, outcome: &Outcome) -> u64 {
-        (outcome.flight.flight_time_s * f64::from(outcome.flight.flights) * 1e9).round() as u64
     }
 
     fn execute(&self, before: &State, action: Action) -> Option<(RobotId, Execution)> {
@@ -143,14 +113,6 @@ impl Model for TestingModel {
             status: self.status(before.decision, to, steps),
         };
         Some((HOPPER, execution))
-    }
-
-    fn blocked(&self) -> Vetoed {
-        Vetoed::NONE
-    }
-
-    fn blocked_action(&self) -> Option<Action> {
-        None
     }
 
     /// Off the map it is lost for certain.
@@ -177,19 +139,11 @@ impl Model for TestingModel {
         expected.land(brief, self.pose());
     }
 
-    fn closed(&self, _situation: &Situation<'_>) -> Vec<usize> {
-        Vec::new()
-    }
-
     fn way(&self, visits: u64) -> Option<Way> {
         let (motion, sensor) = self.mission.brief.robots[0].as_hopper()?;
         let start = self.mission.brief.robots[0].start.cell;
         let start = visits.checked_sub(1).map_or(start, |before| self.goal(before));
         Some(Way { start, goal: self.goal(visits), motion: *motion, sensor: *sensor, pose: self.pose() })
-    }
-
-    fn is_on_route(&self, _robot: RobotId) -> bool {
-        true
     }
 
     fn routes(&self) -> &Routes {
@@ -200,27 +154,7 @@ impl Model for TestingModel {
         &mut self.routes
     }
 
-    fn along_route(&self) -> Option<Action> {
-        None
-    }
-
     fn at(&self) -> Waypoint {
         self.mission.brief.robots[0].start_at
-    }
-
-    fn others_at(&self) -> Vec<Cell> {
-        Vec::new()
-    }
-
-    fn budget_left_m(&self) -> Option<f64> {
-        None
-    }
-
-    fn foreign_action(&self) -> Action {
-        Action::Fly
-    }
-
-    fn events(&self, _missions: Missions, _record: &Record, _before: &[Record]) -> Vec<Counter> {
-        Vec::new()
     }
 }

@@ -6,8 +6,8 @@ use std::rc::Rc;
 use std::sync::{Arc, Mutex};
 
 use contract::{Decision, MonotonicNs, PastPage, Record, RefusalCounts, RobotId, Route, RunId};
-use hopper_sim::process::{HopperSim, RecordStore, SimTerms};
-use hopper_sim::{Journal, JournalError, crash};
+use hopper_sim::process::{HopperSim, SimTerms};
+use hopper_sim::{Journal, JournalError, RecordStore, crash};
 use monitor::process::{Display, Monitor};
 use monitor::{History, Progress, Screen, View, Watcher};
 use perception::Cartographer;

@@ -15,7 +15,7 @@ use serde::Serialize;
 
 use crate::chance::Chance;
 use crate::checker::Checker;
-use crate::chosen::Chosen;
+use crate::chosen;
 use crate::coverage::Coverage;
 use crate::disk::Disk;
 use crate::fault::Kind;
@@ -147,7 +147,7 @@ pub(crate) struct World {
     /// What happens to the next messages, with how many are left.
     link_faults: Vec<(Kind, Stream, u64)>,
     process_faults: Vec<(&'static str, ProcessFault)>,
-    pub checker: Checker<Chosen>,
+    pub checker: Checker,
     pub stamps: Stamps,
     pub coverage: Coverage,
     trace: Option<Vec<Line>>,
@@ -165,7 +165,7 @@ pub(crate) struct World {
     /// The sequence number of the last patch published, and the fingerprint of the map it led to.
     pub patched: Option<(u64, u64)>,
     /// What is remembered for the counters of rare events around routes.
-    pub scouting: RouteMemory,
+    pub route_memory: RouteMemory,
     /// Whether another mission has begun since; messages of the one before may come late.
     pub is_another_mission: bool,
 }
@@ -185,7 +185,7 @@ impl World {
             links: BTreeMap::new(),
             link_faults: Vec::new(),
             process_faults: Vec::new(),
-            checker: Checker::new(&setup, Chosen::of(&setup)),
+            checker: Checker::new(&setup, chosen::of(&setup)),
             stamps: Stamps::default(),
             coverage: Coverage::default(),
             trace: traced.then(Vec::new),
@@ -197,7 +197,7 @@ impl World {
             commanded: None,
             decisions: 0,
             patched: None,
-            scouting: RouteMemory::default(),
+            route_memory: RouteMemory::default(),
             is_another_mission: false,
         }
     }

@@ -62,7 +62,7 @@ pub struct SpeedLayer {
 }
 
 impl SpeedLayer {
-    /// The layer of a prior; of the `robots`, cameras may err.
+    /// The layer of a prior; `robots` say whether a camera errs.
     #[must_use]
     pub fn new(prior: &[PriorCell], robots: &[Robot]) -> Self {
         Self::of_speeds(prior.iter().map(|cell| &cell.speeds), robots)

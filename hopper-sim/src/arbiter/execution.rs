@@ -94,7 +94,7 @@ impl Arbiter {
         }
     }
 
-    /// The last policy of the algorithm in command. On a patrol one that leads to another goal is none.
+    /// The last policy of the algorithm in command, unless it leads to a goal that has been visited since.
     fn policy(&self) -> Option<&Policy> {
         let leads_here = |policy: &&Policy| policy.decision >= self.leg_began;
         let in_command = self.leader(ROBOT).planner;

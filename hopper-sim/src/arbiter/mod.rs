@@ -82,8 +82,8 @@ pub struct Arbiter {
 
 impl Arbiter {
     /// The arbiter of a new mission, or of one resumed behind `last`, the journal's last record:
-    /// leader and term are those of the record, and a hop that was in the air has landed at `now`. In all missions but
-    /// that of a hopper alone [`Arbiter::recall`] needs all records first.
+    /// leader and term are those of the record, and a hop that was in the air has landed at `now`. Unless a hopper
+    /// is alone, [`Arbiter::recall`] needs all records first.
     ///
     /// `linger_ns` is how long the final state is served at most for peers that have not seen it.
     ///
@@ -166,7 +166,8 @@ impl Arbiter {
         self
     }
 
-    /// Takes note of the decisions of earlier lives, in order and page by page. Of a hopper alone the last record tells all.
+    /// Takes note of the decisions of earlier lives, in order and page by page. Does nothing for a hopper alone,
+    /// whose last record is enough.
     pub fn recall(&mut self, records: &[Record]) {
         if self.mission.brief.has_team() {
             records.iter().for_each(|record| self.robots.recall(&self.mission.terrain, record));

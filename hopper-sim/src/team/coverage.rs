@@ -74,15 +74,9 @@ impl Coverage {
         self.end_those_done(roster);
     }
 
-    /// A robot stays where it is for good: what can no longer be reached does not count any more. Rovers that are done have
-    /// covered their own cell, and count as before.
+    /// A robot closes its cell for good: what can no longer be reached does not count any more.
     pub fn close_ways(&mut self, roster: &mut Roster, terrain: &Terrain) {
-        let stays = |entry: &Entry| match entry.standing {
-            Standing::Active => false,
-            Standing::Stranded => entry.robot.body.is_on_ground(),
-            Standing::Done | Standing::GaveUp => entry.robot.body.is_on_ground() && !covers(entry),
-        };
-        let stopped = roster.entries().filter(|(_, entry)| stays(entry)).map(|(_, entry)| entry.at.cell);
+        let stopped = roster.entries().filter(|(_, entry)| closes_way(entry)).map(|(_, entry)| entry.at.cell);
         let closed: Vec<Cell> = stopped.chain(self.goals.iter().copied()).collect();
         let is_open = |cell| is_free(terrain, cell) && !closed.contains(&cell);
         let active = self.rovers.iter().map(|robot| roster.entry(*robot));
@@ -99,6 +93,15 @@ impl Coverage {
                 roster.end(*robot, Standing::Done);
             }
         }
+    }
+}
+
+/// Whether a robot closes its cell to rovers for good. Whoever is done covering has covered its own cell, which counts as before.
+pub fn closes_way(entry: &Entry) -> bool {
+    match entry.standing {
+        Standing::Active => false,
+        Standing::Stranded => entry.robot.body.is_on_ground(),
+        Standing::Done | Standing::GaveUp => entry.robot.body.is_on_ground() && !covers(entry),
     }
 }
 

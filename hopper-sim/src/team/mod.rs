@@ -43,7 +43,7 @@ pub struct RobotTeam {
 }
 
 impl RobotTeam {
-    /// The robots before their first action, of which some will fail; who has nothing to do is done.
+    /// The robots before their first action; some will fail. A robot with nothing to do starts as done.
     ///
     /// # Panics
     /// If faults, terrain and brief are not of one scenario.
@@ -107,8 +107,8 @@ impl RobotTeam {
         body::of(self.body(robot)).refusal(self, terrain, robot, action)
     }
 
-    /// Whether the robot that is due may follow the policy of its planner at a deadline: a policy leads to one goal, and hoppers
-    /// of a mixed mission have one each.
+    /// Whether the robot that is due may follow the policy of its planner at a deadline. A policy leads to one goal, so only a hopper
+    /// whose mission it is may.
     #[must_use]
     pub fn follows_policies(&self) -> bool {
         self.brief.account == Account::Hopper && self.due().is_some_and(|robot| self.body(robot).hops())
@@ -180,12 +180,12 @@ impl RobotTeam {
         self.take(terrain, &Act { robot, decision, leader, action }, &movement, steps);
     }
 
-    /// Takes up the mission of a hopper alone behind its last decision, which tells all.
+    /// Takes up the mission of a hopper alone behind its last decision, which is all that this needs.
     ///
     /// # Panics
     /// In another mission.
     pub fn resume(&mut self, terrain: &Terrain, last: &Record) {
-        assert!(!self.brief.has_team(), "only of a hopper alone the last record tells all");
+        assert!(!self.brief.has_team(), "the last record is enough for a hopper alone only");
         self.roster.resume(last.robot, last.decision.0);
         self.recall(terrain, last);
     }
@@ -249,7 +249,8 @@ impl RobotTeam {
         }
     }
 
-    /// What a robot sees that goes from cell to cell planners of drives know by the map, and so the guard of drives knows it.
+    /// Adds what a robot that goes from cell to cell sees from where it is to what the guard of drives knows: planners of drives know
+    /// it by the map.
     fn look_around(&mut self, terrain: &Terrain, robot: RobotId) {
         let (Some(uncertain), entry) = (&mut self.ground, self.roster.entry(robot)) else { return };
         let (grid, at) = (self.brief.grid, entry.at.cell);

@@ -10,7 +10,7 @@ use contract::{Account, Cell, Goal, RobotId, RobotSet, Standing, Status};
 use terrain::Terrain;
 
 use super::RobotTeam;
-use super::coverage::Coverage;
+use super::coverage::{Coverage, closes_way};
 use super::travels::START_TOLERANCE_M;
 
 /// How the goal of a robot stands.
@@ -117,16 +117,9 @@ impl RobotTeam {
                 }
             }
         }
-        let entry = self.roster.entry(robot);
-        let stays = match entry.standing {
-            Standing::Active => false,
-            Standing::Stranded => entry.robot.body.is_on_ground(),
-            // Whoever is done covering has covered its own cell, and counts as before.
-            Standing::Done | Standing::GaveUp => {
-                entry.robot.body.is_on_ground() && !matches!(entry.robot.goal, Goal::Cover(_))
-            }
-        };
-        if let (true, Some(coverage)) = (stays, &mut self.coverage) {
+        if let Some(coverage) = &mut self.coverage
+            && closes_way(self.roster.entry(robot))
+        {
             coverage.close_ways(&mut self.roster, terrain);
         }
     }
@@ -140,8 +133,8 @@ impl RobotTeam {
         self.is_at_goal(robot, steps).then_some(Standing::Done)
     }
 
-    /// Whether `robot`, which is active, has reached its goal; one that visits cells in turn, has flown its hops. Ground is covered by
-    /// all that cover it at once, and whoever looks ahead is never done.
+    /// Whether `robot`, which is active, has reached its goal or made its visits. [`Coverage`] decides when those that cover ground
+    /// are done, and a robot that looks ahead never is.
     fn is_at_goal(&self, robot: RobotId, steps: u64) -> bool {
         let entry = self.roster.entry(robot);
         match (entry.robot.goal, self.travels.get(robot)) {

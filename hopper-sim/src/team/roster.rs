@@ -57,7 +57,7 @@ pub enum Turn {
 }
 
 impl Roster {
-    /// The robots before their first action, of which some will fail.
+    /// The robots before their first action; some will fail.
     #[must_use]
     pub fn new(brief: &Brief, faults: &[Fault]) -> Self {
         let entry = |(number, robot): (u16, &Robot)| Entry {

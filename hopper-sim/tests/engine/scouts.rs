@@ -6,8 +6,7 @@ use contract::{
     Action, Announcement, Branch, Command, Decision, DriveSpeed, ErringCamera, Incarnation, MonotonicNs,
     Pace, Refusal, RobotId, Route, RunId, Sensor, SpeedPrior, State, Status, Team, Term, Travel, Waypoint,
 };
-use hopper_sim::process::RecordStore;
-use hopper_sim::{Arbiter, Effect, Event, Journal, JournalError, JournalHeader, Mission};
+use hopper_sim::{Arbiter, Effect, Event, Journal, JournalError, JournalHeader, Mission, RecordStore};
 use scenario::{ResolvedScenario, Scenario};
 
 use crate::fixture::command;

@@ -1,10 +1,10 @@
 //! Frames for the page: small pieces of the history, each a named event with JSON data.
 
 use contract::{
-    Account, Action, Brief, Cell, Decision, Goal, Grid, MonotonicNs, Policy, Robot, RobotId, Stage, Vetoed,
+    Account, Action, Brief, Cell, Decision, Grid, MonotonicNs, Policy, Robot, RobotId, Stage, Vetoed,
     Waypoint,
 };
-use report::goal_cells;
+use report::{goal_cells, goal_points};
 use serde::Serialize;
 use serde_json::{Value, json};
 use speed_layer::{SpeedEstimate, SpeedLayer, SpeedRow};
@@ -129,7 +129,7 @@ impl History {
 
     fn status(&self, cursor: &mut Cursor, now: MonotonicNs) -> Option<Frame> {
         let (number, progress) = &self.progress;
-        let (progress, brief) = (progress.as_ref()?, self.brief()?);
+        let progress = progress.as_ref()?;
         if *number <= cursor.status {
             return None;
         }
@@ -149,7 +149,7 @@ impl History {
         let pacing = self.pacing.map(
             |pacing| json!({ "pace": pacing.pace.to_string(), "paused": pacing.paused, "heeds": pacing.obeys }),
         );
-        let mut status = json!({
+        let status = json!({
             "progress": progress,
             "interrupted": self.is_interrupted(),
             "peers": peers.collect::<Vec<_>>(),
@@ -166,10 +166,6 @@ impl History {
                 "term": state.leader.term,
             })),
         });
-        let members = status.pointer_mut("/progress/robots").and_then(Value::as_array_mut);
-        for (member, described) in members.into_iter().flatten().zip(brief.robots.iter()) {
-            member["robot"] = robot(described, &brief.grid);
-        }
         Some(frame("status", &status))
     }
 }
@@ -179,45 +175,38 @@ fn frame(event: &'static str, data: &Value) -> Frame {
 }
 
 fn mission(brief: &Brief) -> Value {
+    let first = &brief.robots[0];
+    let goals = goal_cells(&first.goal, &brief.grid);
     json!({
         "run": brief.run,
         "scenario": brief.scenario,
         "profile": brief.profile,
         "grid": brief.grid,
-        "start": [brief.robots[0].start.cell.x, brief.robots[0].start.cell.y],
-        "goals": goals(brief).iter().map(|goal| [goal.x, goal.y]).collect::<Vec<_>>(),
+        "start": [first.start.cell.x, first.start.cell.y],
+        "goals": goals.iter().map(|goal| [goal.x, goal.y]).collect::<Vec<_>>(),
         "hops_max": brief.visits().map(|visit| visit.hops_max),
         "datum_m": brief.datum_m,
         "height_m": [brief.priors.height_m.min, brief.priors.height_m.max],
-        "sensor": brief.robots[0].as_hopper().map(|(_, sensor)| sensor),
         "budget_us": brief.limits.decision_budget_ns as f64 / 1e3,
-        "robots": brief.robots.count(),
+        "robots": brief.robots.iter().map(|one| robot(one, &brief.grid)).collect::<Vec<_>>(),
         "hops": brief.account == Account::Hopper,
         "speeds": brief.sampling.is_some(),
-        "layers": layers::told(brief),
+        "layers": layers::for_page(brief),
         "certain": layers::certain(brief),
         "steps_max": brief.limits.steps_max,
         "stages": Stage::ALL.map(Stage::as_str),
     })
 }
 
-/// The goals of the last robot that goes to places, in the order they are visited, the first after the last; the start where no
-/// robot does.
-fn goals(brief: &Brief) -> Vec<Cell> {
-    let mut of_robots = brief.robots.iter().rev().map(|robot| goal_cells(&robot.goal, &brief.grid));
-    of_robots.find(|goals| !goals.is_empty()).unwrap_or_else(|| vec![brief.robots[0].start.cell])
-}
-
-/// A robot as the page draws it: its vehicle with start and goal, a point in metres or, of a robot that goes from cell to cell, a
-/// cell; and its sensor.
+/// A robot as the page draws it; its places in cells from the south-western corner of the map.
 fn robot(robot: &Robot, grid: &Grid) -> Value {
-    let goal = match &robot.goal {
-        Goal::Reach(reach) if robot.body.along_route().is_some() => json!(reach.at),
-        goal @ (Goal::Reach(_) | Goal::Visit(_)) => json!(goal.cell(grid, 0)),
-        Goal::Cover(_) | Goal::LookAhead(_) => Value::Null,
-    };
-    let vehicle = json!({ (robot.body.name()): { "start": robot.start_at, "goal": goal } });
-    json!({ "vehicle": vehicle, "sensor": robot.sensor })
+    let place = |point: Waypoint| [point.x_m / grid.cell_size_m, point.y_m / grid.cell_size_m];
+    json!({
+        "body": robot.body.name(),
+        "sensor": robot.sensor,
+        "start": place(robot.start_at),
+        "goals": goal_points(&robot.goal, grid).into_iter().map(place).collect::<Vec<_>>(),
+    })
 }
 
 fn hops(hops: &Hops, cursor: &mut Cursor) -> Option<Frame> {

@@ -1,4 +1,4 @@
-//! The layers of the map, as the page is told them.
+//! The layers of the map, as they are sent to the page.
 
 use contract::{Brief, DriveSpeed, Ground};
 use report::Layer;
@@ -39,37 +39,37 @@ pub(super) fn of_ground(brief: &Brief) -> Vec<GroundLayer> {
     Layer::of(brief).into_iter().filter_map(value).collect()
 }
 
-/// The layers of a mission for the page: how each is drawn and, of a layer with a scale, where its values come from: a column of
-/// the frames `speeds` or `cells`.
-pub(super) fn told(brief: &Brief) -> serde_json::Value {
+/// The layers of a mission as JSON: how each is drawn. A layer with a scale also names the column of the frames `speeds` or `cells`
+/// that holds its values.
+pub(super) fn for_page(brief: &Brief) -> serde_json::Value {
     let (mut speeds, mut cells) = (0, 0);
     let first = Layer::first(brief);
     let layer = |layer: Layer| {
         let definition = layer.definition();
-        let mut told = json!({
+        let mut described = json!({
             "name": definition.name,
             "menu": definition.menu,
             "legend": definition.legend,
             "first": layer == first,
         });
         match definition.look {
-            Look::Relief => told["look"] = json!("relief"),
-            Look::Entries => told["look"] = json!("entries"),
+            Look::Relief => described["look"] = json!("relief"),
+            Look::Entries => described["look"] = json!("entries"),
             Look::Scale(scale) => {
                 let (of, words, count) = match scale.value {
                     Value::Speed { words, .. } => ("speeds", words, &mut speeds),
                     Value::Ground { words, .. } => ("cells", words, &mut cells),
                 };
-                told["look"] = json!("scale");
-                told["ramp"] = json!(scale.ramp);
-                told["most"] = json!(scale.most);
-                told["of"] = json!(of);
-                told["words"] = json!(words);
-                told["column"] = json!(*count);
+                described["look"] = json!("scale");
+                described["ramp"] = json!(scale.ramp);
+                described["most"] = json!(scale.most);
+                described["of"] = json!(of);
+                described["words"] = json!(words);
+                described["column"] = json!(*count);
                 *count += 1;
             }
         }
-        told
+        described
     };
     Layer::of(brief).into_iter().map(layer).collect()
 }

@@ -3,7 +3,6 @@
 use contract::{
     Brief, Camera, Cell, Decision, DriveSpeed, ErringCamera, Grid, ObservedMap, RobotId, Sensor, Soil,
 };
-
 use report::Layer;
 
 use super::Hops;
@@ -38,8 +37,9 @@ pub struct SeenCells {
     brief: Brief,
     grid: Grid,
     cells: Vec<Seen>,
-    /// Layers with values of seen ground, and the values: those of a cell together.
+    /// Layers with values of seen ground.
     layers: Vec<GroundLayer>,
+    /// Their values: for each cell one of each layer.
     values: Vec<f64>,
     /// Indices of cells in the order they were seen or updated.
     log: Vec<u32>,
@@ -221,8 +221,8 @@ impl SeenCells {
         true
     }
 
-    /// Whether a robot sees a square instead of a disc, and how far it sees from a height, cells. Of what it sees on its way between
-    /// two poses, nothing is known but the map that has it first.
+    /// Whether a robot sees a square instead of a disc, and how far it sees from a height, cells. What it saw on its way between two
+    /// poses is known only from the map.
     fn reach(&self, robot: RobotId, height_m: f64) -> Option<(bool, f64)> {
         Some(match self.brief.robots.at(robot)?.sensor {
             Sensor::Disc(disc) => (false, disc.reach_cells(&self.grid, height_m)),

@@ -27,8 +27,8 @@ impl Speeds {
         self.prior.ask(now)
     }
 
-    /// Adds a page that was asked for; with the last one, makes the layer. A page that cannot be is asked for again. Of the robots
-    /// only the cameras count.
+    /// Adds a page that was asked for; the last one completes the layer. An impossible page is asked for again. Of `robots` only
+    /// the cameras matter.
     pub fn page(&mut self, page: PriorPage, robots: &[Robot]) {
         let _ = self.prior.page(page);
         if let Some(prior) = self.prior.take() {

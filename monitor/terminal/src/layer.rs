@@ -33,7 +33,7 @@ pub(crate) fn legend(layer: Layer) -> Option<Line<'static>> {
     Some(Line::from(spans))
 }
 
-/// The character pair of a share of the scale: the denser the darker its colour.
+/// The character pair of a share of the scale: the darker its colour, the denser.
 #[must_use]
 pub(crate) fn texture(layer: Layer, share: f64, is_seen: bool) -> &'static str {
     let steps = TEXTURES[usize::from(is_seen)];

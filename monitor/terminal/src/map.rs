@@ -146,7 +146,7 @@ impl<'a> View<'a> {
         }
     }
 
-    /// Where robots look, will go, and have gone; later ones replace earlier ones.
+    /// What robots see, their routes, and where they have been; what is drawn later covers what was drawn before.
     fn travels(&self, brief: &Brief, put: &mut impl FnMut(Cell, &'static str, Paint)) {
         let (Some(hops), Some(routes)) = (self.history.hops(), self.history.announcements()) else { return };
         if !has_ways(brief) {
@@ -187,7 +187,7 @@ impl<'a> View<'a> {
                 line(middle(hop.from), middle(hop.to), "• ", paint);
             }
         }
-        // The goals of the hopper that states tell of are drawn last.
+        // The goals of a mission's hopper are drawn last, by the caller.
         let others = if brief.account == Account::Hopper { 1 } else { 0 };
         for robot in &brief.robots[others..] {
             let goals = goal_cells(&robot.goal, &brief.grid);
@@ -256,7 +256,7 @@ impl<'a> View<'a> {
     }
 }
 
-/// Whether the ways of robots are drawn in their colours: of several robots, unless all cover ground.
+/// Whether each robot's way is drawn in its colour: not of a lone hopper, nor where all robots cover ground.
 fn has_ways(brief: &Brief) -> bool {
     let covers = |robot: &Robot| matches!(robot.goal, Goal::Cover(_));
     brief.has_team() && !brief.robots.iter().all(covers)

@@ -11,7 +11,7 @@ pub(crate) fn hop_before(history: &History, at: Decision) -> Option<&Hop> {
 
 /// The goal of robot 0 in force when a decision was due; `None` if it has none.
 pub(crate) fn goal(history: &History, brief: &Brief, at: Decision) -> Option<Cell> {
-    brief.robots[0].goal.cell(&brief.grid, hop_before(history, at).map_or(0, |hop| hop.visits))
+    brief.goal_after(hop_before(history, at).map_or(0, |hop| hop.visits))
 }
 
 pub(crate) fn pose(history: &History, at: Decision) -> Option<Cell> {

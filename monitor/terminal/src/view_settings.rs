@@ -37,7 +37,7 @@ impl ViewSettings {
         }
     }
 
-    /// The layer that is shown of the mission: if none was chosen that it has, its first.
+    /// The layer that is shown: the chosen one if the mission has it, otherwise [`Layer::first`].
     #[must_use]
     pub fn layer(&self, brief: &Brief) -> Layer {
         let suits = |layer: &Layer| Layer::of(brief).contains(layer);

@@ -266,7 +266,7 @@ fn a_key_goes_through_the_layers_of_uncertain_ground() {
 }
 
 #[test]
-fn a_layer_that_a_mission_has_not_is_not_shown_and_a_single_one_has_no_key() {
+fn a_layer_that_the_mission_lacks_is_not_shown_and_a_single_layer_has_no_key() {
     let history = account();
     let brief = *history.brief().unwrap();
     let mut settings = ViewSettings { layer: Some(Layer::Spread), ..ViewSettings::default() };

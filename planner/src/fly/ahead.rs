@@ -148,7 +148,7 @@ impl Planner for LookAhead {
         else {
             return hold;
         };
-        let Some(hopper) = ward(brief, team, Body::hops) else {
+        let Some(hopper) = ward(brief, team, |body| body.hops()) else {
             return Plan::at_once(Action::Done, PlanStatus::Solved);
         };
         if travel.is_under_way() {

@@ -57,8 +57,7 @@ impl Fly {
         let Flight { budget_m, view_m, trip, seed } = *flight;
         Some(match self.search {
             FlightSearch::Route => {
-                let driver = ward(turn.brief, turn.team, Body::drives);
-                let rest = driver.and_then(|(_, driver)| turn.rest_of(driver));
+                let rest = driver(turn).and_then(|(_, driver)| turn.rest_of(driver));
                 let along = |mut points: Vec<Point>| {
                     // A rover that waits for nobody may have driven on.
                     points[0] = start;
@@ -80,8 +79,7 @@ impl Fly {
     /// What to do before a flight is announced.
     fn begin(&mut self, turn: &Turn<'_>, trip: Trip) -> Plan {
         let idle = |action| Plan::at_once(action, PlanStatus::Infeasible);
-        let driver = ward(turn.brief, turn.team, Body::drives);
-        let is_first = driver.is_some_and(|(_, driver)| driver.last.is_none());
+        let is_first = driver(turn).is_some_and(|(_, driver)| driver.last.is_none());
         if self.search == FlightSearch::Route && is_first {
             return idle(turn.wait_or_hold());
         }
@@ -101,8 +99,8 @@ impl Fly {
     }
 }
 
-/// The robot that the helicopter which decides looks ahead for, among those whose body is one of those that it wants and that
-/// still act: the first helicopter for the first of them, the second for the second, and from the last on again for the first.
+/// The robot that the helicopter that decides looks ahead for, among those that still act and whose body it `wants`: the first
+/// helicopter for the first of them, the second for the second, and from the last on again for the first.
 fn ward<'a>(brief: &Brief, team: &'a Team, wants: impl Fn(&Body) -> bool) -> Option<(RobotId, &'a Member)> {
     let wards = || {
         let numbered = brief.robots.numbered().zip(team.members.iter());
@@ -110,6 +108,11 @@ fn ward<'a>(brief: &Brief, team: &'a Team, wants: impl Fn(&Body) -> bool) -> Opt
         acting.filter(|((_, robot), _)| wants(&robot.body)).map(|((number, _), member)| (number, member))
     };
     wards().nth(helicopters_before(brief, team.due) % wards().count().max(1))
+}
+
+/// The rover that the helicopter that decides looks ahead for.
+fn driver<'a>(turn: &Turn<'a>) -> Option<(RobotId, &'a Member)> {
+    ward(turn.brief, turn.team, |body| body.drives())
 }
 
 /// How many of the robots with smaller numbers are helicopters.
@@ -141,7 +144,7 @@ impl Planner for Fly {
         if !matches!(turn.robot.body, Body::Helicopter(_)) {
             return hold;
         }
-        let driver = ward(turn.brief, turn.team, Body::drives);
+        let driver = driver(&turn);
         let goal = driver.and_then(|(number, _)| Some(turn.brief.robots.at(number)?.goal));
         let travel = driver.and_then(|(_, member)| member.travel);
         let (Some(Goal::Reach(goal)), Some(travel)) = (goal, travel) else {

@@ -28,7 +28,7 @@ pub(super) struct Knowledge {
     mission: Mission,
     /// The leg of the robot that is due, if it hops.
     leg: Option<Leg>,
-    /// The state as a hopper has it among other robots: where it stands itself, whoever acted.
+    /// The state for a hopper among other robots: its pose is that of the hopper that is due, whoever acted.
     own_state: Option<State>,
     /// The map that it is given, if robots stand on it for good.
     closed: Option<ClosedMap>,

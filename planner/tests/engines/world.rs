@@ -24,7 +24,7 @@ pub enum Soils {
 /// A world: the leg of a hopper, and the ground.
 #[derive(Clone, Debug)]
 pub struct World {
-    /// What nobody reads who plans for one hopper.
+    /// Planners for one hopper do not read it.
     brief: Brief,
     /// What the planner is told.
     pub leg: Leg,

@@ -39,12 +39,6 @@ pub(crate) const SPEED: Float = float(1.0e-9, 1.0e3);
 /// How far a camera sees, metres.
 pub(crate) const RADIUS: Float = float(f64::MIN_POSITIVE, CAMERA_RADIUS_MAX_M);
 
-/// Angle of a launch above the horizontal, radians: neither flat nor straight up, where a hop gets nowhere.
-pub(crate) const LAUNCH_ANGLE: Float = float(0.01, 1.56);
-
-/// Gain of the sensor of a hopper, metres of radius per metre of height.
-pub(crate) const SENSOR_GAIN: Float = float(0.0, 1.0e6);
-
 impl Codec<f64> for Float {
     type Value = f64;
 

@@ -17,8 +17,8 @@ use crate::Refusal;
 pub(crate) use bits::{ACTION_BITS, TREASURE_BITS};
 pub(crate) use cell::CELL;
 pub(crate) use float::{
-    Ascending, DISTANCE, FINITE, Float, GRADIENT, LAUNCH_ANGLE, LENGTH, PAYOFF, PROBABILITY, RADIUS,
-    SENSOR_GAIN, SPEED, ascending, each, float, or_zero,
+    Ascending, DISTANCE, FINITE, Float, GRADIENT, LENGTH, PAYOFF, PROBABILITY, RADIUS, SPEED, ascending,
+    each, float, or_zero,
 };
 pub(crate) use identity::{GIVEN_NAME, NAME, ROBOT, RUN};
 pub(crate) use moments::MOMENTS;

@@ -133,13 +133,13 @@ impl Brief {
         self.robots[0].goal.cell(&self.grid, visits)
     }
 
-    /// Whether landing on `cell` after so many visits of robot 0 is another: nobody visits a goal out of turn.
+    /// Whether landing on `cell` is the next visit of robot 0 after so many: a goal that is not in force does not count.
     #[must_use]
     pub fn is_visit(&self, visits: u64, cell: Cell) -> bool {
         self.goal_after(visits) == Some(cell)
     }
 
-    /// The goals that a hopper visits in turn, if the mission is that.
+    /// The goals that a hopper visits in turn, if that is the mission.
     #[must_use]
     pub fn visits(&self) -> Option<&Visit> {
         match &self.robots[0].goal {

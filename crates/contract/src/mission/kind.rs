@@ -10,7 +10,7 @@ pub trait Kind: Copy + Default {
     /// Its name in words: in scenarios, recordings and refusals.
     const NAME: &'static str;
 
-    /// Names its parameters one by one, in the order of the block. Whoever writes, reads or describes a block is in `block`.
+    /// Names its parameters one by one, in the order of the block. `block` writes, reads or describes them.
     fn parameters(&mut self, block: &mut Block<'_>);
 }
 
@@ -36,7 +36,7 @@ impl KindInBlock {
 }
 
 /// Declares a family of kinds: an enum of one variant a kind, each with its code. What can be asked of any of them is a trait,
-/// which the file of each answers.
+/// which the file of each implements; the enum dereferences to it.
 ///
 /// ```text
 /// kinds! {
@@ -61,11 +61,17 @@ macro_rules! kinds {
             $($(#[doc = $what])+ $kind($parameters),)+
         }
 
-        impl $family {
-            /// The names of all kinds, in the order of their codes.
-            pub const NAMES: &'static [&'static str] =
-                &[$(<$parameters as $crate::mission::kind::Kind>::NAME),+];
+        impl std::ops::Deref for $family {
+            type Target = dyn $trait;
 
+            fn deref(&self) -> &Self::Target {
+                match self {
+                    $(Self::$kind(kind) => kind,)+
+                }
+            }
+        }
+
+        impl $family {
             /// Numbers of the block that holds the parameters.
             pub(crate) const BLOCK: usize = $values;
 
@@ -74,14 +80,6 @@ macro_rules! kinds {
             pub fn name(&self) -> &'static str {
                 match self {
                     $(Self::$kind(_) => <$parameters as $crate::mission::kind::Kind>::NAME,)+
-                }
-            }
-
-            /// What can be asked of any of them.
-            #[must_use]
-            pub fn as_kind(&self) -> &dyn $trait {
-                match self {
-                    $(Self::$kind(kind) => kind,)+
                 }
             }
 

@@ -1,4 +1,4 @@
-//! The mission as whoever plans for one hopper has it.
+//! What a plan for one hopper may depend on beside map and state.
 
 use serde::{Deserialize, Serialize};
 
@@ -6,9 +6,9 @@ use super::brief::{Guard, Limits, Payoff, Priors, Weights};
 use super::reading::Reading;
 use crate::{Brief, Cell, Grid, MotionParameters, Profile, RobotId, RunId, SensorParameters};
 
-/// The way of one hopper from a start to a goal, with everything that a plan of it may depend on beside map and state: the whole
-/// mission of a hopper that is alone, the stretch between two goals of one that visits several, one robot's part of a mission of
-/// several.
+/// One hopper's way from a start to a goal, with everything else that a plan for it may depend on beside map and state. For a
+/// hopper that is alone it is the whole mission, for one that visits several goals the stretch between two of them, and among
+/// several robots one robot's part.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Leg {
     /// The run it belongs to.
@@ -54,7 +54,7 @@ impl Brief {
             }
             _ => hopper.start.cell,
         };
-        let others = self.robots.numbered().filter(|(other, _)| *other != robot);
+        let mut others = self.robots.numbered().filter(|(other, _)| *other != robot);
         Some(Leg {
             run: self.run,
             profile: self.profile,
@@ -69,7 +69,7 @@ impl Brief {
             limits: self.limits,
             guard: self.guard,
             reading: self.reading,
-            is_shared: others.into_iter().any(|(_, other)| other.body.is_on_ground()),
+            is_shared: others.any(|(_, other)| other.body.is_on_ground()),
         })
     }
 

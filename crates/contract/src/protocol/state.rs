@@ -28,7 +28,8 @@ pub struct State {
     pub decision: Decision,
     /// Steps so far, in the paper's count; of rovers, the actions of the one that acted most.
     pub steps: u64,
-    /// Goals visited so far; of rovers, cells covered. On a patrol, what says which goal is in force ([`crate::Brief::leg`]).
+    /// Goals visited so far; of rovers, cells covered. Where goals are visited in turn, it says which one is in force
+    /// ([`crate::Brief::leg`]).
     pub visits: u64,
     /// How the mission stands.
     pub status: Status,

@@ -1,12 +1,11 @@
-//! The robots of a mission that is not a single hopper's, at one decision: where each of them stands, who commands it. What they
-//! are stands in [`crate::Brief::robots`].
+//! The robots of a mission that is not a single hopper's, at one decision: where each of them stands, and who commands it.
+//! [`crate::Brief::robots`] says what they are.
 //!
 //! A decision of such a mission is the turn of one robot. [`crate::State`] tells of the robot that acted last; a [`Team`],
 //! published with it, of all of them. In a hopper's mission pose, steps, visits and treasures of a state are the hopper's,
 //! whoever acted.
 
 use std::fmt;
-
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
@@ -26,8 +25,8 @@ pub enum Standing {
     Done,
     /// It has failed: it stays where it is and still occupies its cell.
     Stranded,
-    /// It acts no more although its task is not done: it found no way, or has used up its actions. A helicopter, whose task is
-    /// never done, is [`Done`](Self::Done) then.
+    /// It acts no more although its goal is not reached: it found no way, or has used up its actions. A helicopter, whose goal
+    /// is never reached, is [`Done`](Self::Done) then.
     GaveUp,
 }
 
@@ -81,7 +80,7 @@ pub struct Member {
 }
 
 impl Member {
-    /// A robot before its first action, which nobody commands; of one that goes from point to point, without its way.
+    /// A robot before its first action, which nobody commands. It has no travel yet, even if it goes from point to point.
     #[must_use]
     pub fn at_start(robot: &Robot) -> Self {
         Self {
@@ -199,18 +198,20 @@ impl Team {
         Self { run, decision, digest, due, actor, members: members.iter().map(member).collect() }
     }
 
+    fn numbered(&self) -> impl Iterator<Item = (RobotId, &Member)> {
+        (0..).map(RobotId).zip(self.members.iter())
+    }
+
     /// The robots that still act.
     #[must_use]
     pub fn acting(&self) -> RobotSet {
-        let numbered = (0..).map(RobotId).zip(self.members.iter());
-        let acting = numbered.filter(|(_, member)| member.standing == Standing::Active);
+        let acting = self.numbered().filter(|(_, member)| member.standing == Standing::Active);
         acting.fold(RobotSet::NONE, |set, (robot, _)| set.with(robot))
     }
 
     /// The last route that each robot announced, with the decision and the robot.
     pub fn announced(&self) -> impl Iterator<Item = ((Decision, RobotId), RouteId)> + '_ {
-        let numbered = (0..).map(RobotId).zip(self.members.iter());
-        numbered.filter_map(|(robot, member)| {
+        self.numbered().filter_map(|(robot, member)| {
             let travel = member.travel.as_ref()?;
             Some(((travel.announced?, robot), travel.route?))
         })
@@ -218,7 +219,6 @@ impl Team {
 
     /// The robots that a life commands.
     pub fn led_by(&self, life: Incarnation) -> impl Iterator<Item = RobotId> + '_ {
-        let numbered = (0..).map(RobotId).zip(self.members.iter());
-        numbered.filter(move |(_, member)| member.leader.incarnation == life).map(|(robot, _)| robot)
+        self.numbered().filter(move |(_, member)| member.leader.incarnation == life).map(|(robot, _)| robot)
     }
 }

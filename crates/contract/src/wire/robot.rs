@@ -1,4 +1,4 @@
-//! A robot as the brief tells of it.
+//! A cell of `hop/brief`: a robot.
 
 use super::declaration::wire;
 use crate::codec::{CELL, FLAG, HEADING, LENGTH, by_hand};

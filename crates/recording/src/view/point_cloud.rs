@@ -22,8 +22,9 @@ pub struct Point {
 /// Points that are collected for one message.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Cloud {
-    /// What each point has besides place and colour: names, and the type of all of them.
+    /// Names of what each point has beside place and colour.
     extra: Vec<&'static str>,
+    /// Whether these are 32-bit floats; bytes otherwise.
     is_float: bool,
     data: Vec<u8>,
 }

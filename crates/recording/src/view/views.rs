@@ -3,13 +3,13 @@
 use std::collections::BTreeMap;
 
 use contract::{
-    Account, Announcement, Brief, Cell, Goal, MonotonicNs, ObservedMap, Policy, PriorCell, Record, Robot,
-    RobotId, Route, State, Team, Waypoint,
+    Account, Announcement, Brief, Cell, MonotonicNs, ObservedMap, Policy, PriorCell, Record, RobotId, Route,
+    State, Team, Waypoint,
 };
 use prost::Message as _;
-use report::Layer;
 use report::colour;
 use report::layers::{Look, Value};
+use report::{Layer, goal_points};
 
 use super::point_cloud::{Cloud, Point};
 use super::speeds::Speeds;
@@ -234,18 +234,14 @@ impl Views {
         cloud.into_message(moment).encode_to_vec()
     }
 
-    /// Where the mission is to go; rovers that cover ground have no such place.
+    /// Where robots are to go: of a hopper's mission the goal in force. Robots that cover ground or look ahead have no such place.
     fn goals(&self, brief: &Brief) -> Vec<Point> {
         if brief.account == Account::Hopper {
-            let goal = brief.robots[0].goal.cell(&brief.grid, self.visits);
+            let goal = brief.goal_after(self.visits);
             return goal.into_iter().map(|goal| middle(brief, goal, 0.0)).collect();
         }
-        let goals = |robot: &Robot| match &robot.goal {
-            Goal::Reach(reach) => vec![at(reach.at)],
-            Goal::Visit(visit) => visit.goals().iter().map(|goal| middle(brief, *goal, 0.0)).collect(),
-            Goal::Cover(_) | Goal::LookAhead(_) => Vec::new(),
-        };
-        brief.robots.iter().flat_map(goals).collect()
+        let goals = brief.robots.iter().flat_map(|robot| goal_points(&robot.goal, &brief.grid));
+        goals.map(at).collect()
     }
 
     fn route(&self, now: MonotonicNs) -> Vec<u8> {

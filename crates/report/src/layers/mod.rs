@@ -43,7 +43,7 @@ layers! {
 /// What a layer is.
 #[derive(Clone, Copy, Debug)]
 pub struct Definition {
-    /// Short name without spaces: on the page, and of a layer with a scale the topic `view/NAME` of recordings.
+    /// Short name without spaces, for the page; a layer with a scale has the topic `view/NAME` in recordings.
     pub name: &'static str,
     /// In the page's menu.
     pub menu: &'static str,
@@ -53,7 +53,7 @@ pub struct Definition {
     pub heading: &'static str,
     /// Along the scale of a picture, with the unit.
     pub quantity: &'static str,
-    /// Unit of the values; empty if they have none.
+    /// Unit of the values, behind the scale in the terminal; empty if they have none.
     pub unit: &'static str,
     /// Behind the scale on the page.
     pub legend: &'static str,
@@ -61,8 +61,8 @@ pub struct Definition {
     pub look: Look,
     /// Whether a mission has the layer.
     pub exists: fn(&Brief) -> bool,
-    /// Whether a mission that has the layer shows it before anything was chosen; of several the first in the list is shown, and
-    /// where there is none the first of all layers.
+    /// Whether a mission shows the layer before anything was chosen. If several layers say so, the first in the list is shown; if
+    /// none does, the first of all layers.
     pub is_first: fn(&Brief) -> bool,
 }
 
@@ -149,12 +149,6 @@ impl Layer {
         self.scale().is_some_and(|scale| matches!(scale.value, Value::Speed { .. }))
     }
 
-    /// Whether it shows a value of seen ground on a scale.
-    #[must_use]
-    pub fn is_of_ground(self) -> bool {
-        self.scale().is_some_and(|scale| matches!(scale.value, Value::Ground { .. }))
-    }
-
     /// Colour at a share of the scale, in red, green and blue.
     #[must_use]
     pub fn colour(self, share: f64) -> [u8; 3] {
@@ -209,13 +203,17 @@ mod tests {
 
     #[test]
     fn values_are_rounded_to_a_thousandth_of_the_scale_or_finer() {
-        let scale = |most| Scale { most, ramp: &colour::SPEEDS, value: speed::SCALE.value };
+        let speed = Layer::Speed.scale().unwrap();
+        let scale = |most| Scale { most, ..speed };
         let parts = [200.0, 100.0, 99.0, 1.0, 0.5].map(|most| scale(most).parts());
         assert_eq!(parts, [10.0, 10.0, 100.0, 1000.0, 10_000.0]);
     }
 
     #[test]
     fn speeds_get_lighter_and_spreads_darker() {
-        assert_eq!([speed::SCALE, spread::SCALE].map(|scale| scale.darkens()), [false, true]);
+        assert_eq!(
+            [Layer::Speed, Layer::Spread].map(|layer| layer.scale().unwrap().darkens()),
+            [false, true]
+        );
     }
 }

@@ -3,12 +3,6 @@
 use super::{Definition, Look, Scale, Value};
 use crate::colour;
 
-pub(super) const SCALE: Scale = Scale {
-    most: 200.0,
-    ramp: &colour::SPEEDS,
-    value: Value::Speed { of: |[expected, _]| expected, words: "expected {}" },
-};
-
 pub(super) const LAYER: Definition = Definition {
     name: "speed",
     menu: "expected speed",
@@ -17,7 +11,11 @@ pub(super) const LAYER: Definition = Definition {
     quantity: "expected speed (m/Sol)",
     unit: "m/Sol",
     legend: "m/Sol expected",
-    look: Look::Scale(SCALE),
+    look: Look::Scale(Scale {
+        most: 200.0,
+        ramp: &colour::SPEEDS,
+        value: Value::Speed { of: |[expected, _]| expected, words: "expected {}" },
+    }),
     exists: |brief| brief.sampling.is_some(),
     is_first: |brief| brief.sampling.is_some(),
 };

@@ -3,12 +3,6 @@
 use super::{Definition, Look, Scale, Value};
 use crate::colour;
 
-pub(super) const SCALE: Scale = Scale {
-    most: 100.0,
-    ramp: &colour::SPREADS,
-    value: Value::Speed { of: |[_, spread]| spread, words: "± {} m/Sol" },
-};
-
 pub(super) const LAYER: Definition = Definition {
     name: "spread",
     menu: "spread of speed",
@@ -17,7 +11,11 @@ pub(super) const LAYER: Definition = Definition {
     quantity: "standard deviation of speed (m/Sol)",
     unit: "m/Sol",
     legend: "m/Sol standard deviation",
-    look: Look::Scale(SCALE),
+    look: Look::Scale(Scale {
+        most: 100.0,
+        ramp: &colour::SPREADS,
+        value: Value::Speed { of: |[_, spread]| spread, words: "± {} m/Sol" },
+    }),
     exists: |brief| brief.sampling.is_some(),
     is_first: |_| false,
 };

@@ -71,7 +71,7 @@ pub fn entries(picture: &Picture<'_>, tiles: &TileMap) -> Vec<Entry> {
 /// The entries of a picture of several robots.
 fn team_entries(picture: &Picture<'_>, tiles: &TileMap) -> Vec<Entry> {
     if !picture.speeds.is_empty() {
-        return scout_entries(picture, tiles);
+        return entries_on_uncertain_ground(picture, tiles);
     }
     let robots = (0..picture.brief.robots.count()).map(|robot| robot_entry(robot, "robot"));
     let visited = entry("visited, darker the more often", |x, y| {
@@ -80,8 +80,8 @@ fn team_entries(picture: &Picture<'_>, tiles: &TileMap) -> Vec<Entry> {
     robots.chain([visited]).chain(ground_entries(tiles)).collect()
 }
 
-/// The entries of a picture of robots on uncertain ground.
-fn scout_entries(picture: &Picture<'_>, tiles: &TileMap) -> Vec<Entry> {
+/// The entries where the ground is uncertain.
+fn entries_on_uncertain_ground(picture: &Picture<'_>, tiles: &TileMap) -> Vec<Entry> {
     let mut entries = vec![entry("start", |x, y| start(x, y, 7.0)), entry("goal", |x, y| goal(x, y, 7.0))];
     entries.extend(robot_entries(picture));
     entries.push(entry("travelled", |x, y| stroke(x, y, "#111", "")));

@@ -349,7 +349,7 @@ impl Picture<'_> {
             distance_to_goal_m: self
                 .goal()
                 .map_or(0.0, |goal| cell.distance_cells(goal) * self.brief.grid.cell_size_m),
-            patrolled: self.brief.visits().map(|_| visits),
+            visited: self.brief.visits().map(|_| visits),
             team: TeamEffort::of(self.brief, decisions, visits),
         };
         ending.to_string()
@@ -376,7 +376,7 @@ impl Picture<'_> {
         self.route.iter().filter(move |record| !is_of_hopper || record.robot == RobotId(0))
     }
 
-    /// Whether records tell the way of a hopper, robot 0, whoever else acts.
+    /// Whether it is the mission of a hopper, robot 0, for which any others look ahead.
     pub(super) fn is_of_hopper(&self) -> bool {
         self.brief.account == Account::Hopper
     }
@@ -389,7 +389,7 @@ impl Picture<'_> {
     /// The goal of robot 0 in force at the end of the route; `None` if it has none.
     fn goal(&self) -> Option<Cell> {
         let visits = self.route.last().map_or(0, |record| record.visits);
-        self.brief.robots[0].goal.cell(&self.brief.grid, visits)
+        self.brief.goal_after(visits)
     }
 
     /// Cell of the hopper at the end of the route.

@@ -3,14 +3,14 @@
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-use contract::{Action, Branch, Cell, Goal, RobotId, Route, RouteId, Waypoint};
+use contract::{Action, Branch, Cell, RobotId, Route, RouteId, Waypoint};
 
 use super::frame::Frame;
 use super::mission::Picture;
 use super::svg_writer::{Number, SvgWriter};
 use super::symbols;
 use crate::colour;
-use crate::{Layer, goal_cells};
+use crate::{Layer, goal_points};
 
 /// Opacity of a cell that was visited once, and what each further visit adds.
 const ONCE: f64 = 0.22;
@@ -164,21 +164,17 @@ impl Picture<'_> {
         }
     }
 
-    /// Start and goals of each robot that goes to places of its own.
+    /// Start and goals of each robot whose goals are places.
     fn ends(&self, svg: &mut SvgWriter, frame: &Frame) {
         for robot in self.brief.robots.iter() {
-            let (start, goals) = match &robot.goal {
-                Goal::Reach(reach) if robot.body.along_route().is_some() => {
-                    (self.at(frame, robot.start_at), vec![self.at(frame, reach.at)])
-                }
-                goal @ (Goal::Reach(_) | Goal::Visit(_)) => {
-                    let goals = goal_cells(goal, &self.brief.grid).into_iter().map(|cell| frame.centre(cell));
-                    (frame.centre(robot.start.cell), goals.collect())
-                }
-                Goal::Cover(_) | Goal::LookAhead(_) => continue,
-            };
-            svg.raw(&symbols::start(start.0, start.1, 7.0));
-            for (x, y) in goals {
+            let goals = goal_points(&robot.goal, &self.brief.grid);
+            if goals.is_empty() {
+                continue;
+            }
+            let (x, y) = self.at(frame, robot.start_at);
+            svg.raw(&symbols::start(x, y, 7.0));
+            for goal in goals {
+                let (x, y) = self.at(frame, goal);
                 svg.raw(&symbols::goal(x, y, 8.0));
             }
         }

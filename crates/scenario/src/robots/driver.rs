@@ -12,7 +12,7 @@ use crate::error::refuse;
 use crate::mobility::{GOAL_RADIUS_M, middle_of_drivable};
 use crate::{ScenarioError, exact};
 
-/// A driver: a rover that drives from point to point over ground of uncertain speed, which has the speed.
+/// A driver: a rover that drives from point to point over ground of uncertain speed. The ground gives its speed.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(JsonSchema))]
 #[serde(deny_unknown_fields)]

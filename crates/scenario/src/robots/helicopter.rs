@@ -14,7 +14,7 @@ use super::{is_one_metre, one_metre};
 use crate::error::refuse;
 use crate::{ScenarioError, exact};
 
-/// A helicopter: it flies from point to point, and looks ahead for the others. It has no goal, and no mission needs it.
+/// A helicopter: it flies from point to point, and looks ahead for the others. It has no goal, and no mission requires it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(JsonSchema))]
 #[serde(deny_unknown_fields)]

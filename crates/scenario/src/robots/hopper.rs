@@ -11,10 +11,10 @@ use super::site::{Given, Site};
 use super::{is_north, is_yes, north, yes};
 use crate::bounds::in_range;
 use crate::error::refuse;
-use crate::robot::check_launch_angle;
+use crate::robot::{check_launch_angle, check_radius_min};
 use crate::{Scatter, ScenarioError, exact};
 
-/// A hopper: it hops to a goal, or from goal to goal in turn. What it leaves out of how it hops and sees is as `[robot]` says.
+/// A hopper: it hops to a goal, or from goal to goal in turn. Motion and sensor that it leaves out are those of `[robot]`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(JsonSchema))]
 #[serde(deny_unknown_fields, default)]
@@ -236,11 +236,7 @@ fn visit(goals: &[Given], hops_max: u64, site: &Site<'_>) -> Result<Visit, Scena
 /// Refuses a hopper's own sensor that no brief can hold.
 fn check_sensor(sensor: &SensorParameters, hop_m: f64) -> Result<(), ScenarioError> {
     let SensorParameters { gain, offset_m, radius_min_m, radius_max_m, .. } = *sensor;
-    if radius_min_m.is_nan() || radius_min_m < hop_m * (1.0 - 1e-9) {
-        let got = format!("{radius_min_m} m with hops of {hop_m} m");
-        let need = "at least one hop, so that the hopper sees where it may land";
-        return refuse("robots.sensor.radius_min_m", need, got);
-    }
+    check_radius_min("robots.sensor.radius_min_m", radius_min_m, hop_m)?;
     in_range("robots.sensor.gain", gain, 0.0..=1e6, "0 to 1e6")?;
     in_range("robots.sensor.offset_m", offset_m, -LENGTH_MAX_M..=LENGTH_MAX_M, "-1e6 to 1e6 m")?;
     in_range("robots.sensor.radius_max_m", radius_max_m, radius_min_m..=LENGTH_MAX_M, "radius_min_m to 1e6 m")

@@ -10,7 +10,7 @@ mod read;
 mod rover;
 mod site;
 
-use contract::limits::{DESIGNS_MAX, ROBOTS_MAX};
+use contract::limits::ROBOTS_MAX;
 use contract::{Account, Cell, CoverMode, Direction, Goal, Grid, Name, Robot, RobotId};
 #[cfg(test)]
 use schemars::JsonSchema;
@@ -98,8 +98,8 @@ impl RobotRules {
 }
 
 impl Scenario {
-    /// What states of the mission tell: of a hopper, where all others look ahead for it; of actions, where one robot drives and all
-    /// others look ahead for it; else of actions without those by which robots wait for each other.
+    /// What states of the mission tell, and what its limit counts: a hopper's steps, if it is first and all others are helicopters; all
+    /// actions, if there is one driver and all others are helicopters; otherwise the actions by which no robot waits for others.
     #[must_use]
     pub fn account(&self) -> Account {
         let mut on_ground = self.robots.iter().filter(|rules| !rules.is_helicopter());
@@ -116,8 +116,8 @@ impl Scenario {
         self.robots.is_empty() || self.robots.iter().any(hops)
     }
 
-    /// The robots on their terrain, checked: a hopper alone, or those of `[[robots]]`. `trip` is that of a driver, where the ground
-    /// has one of its own.
+    /// The robots on their terrain, checked: a hopper alone, or those of `[[robots]]`. `trip` has start and goal of a driver that has
+    /// none of its own, where the ground gives them.
     pub(crate) fn robots_on(
         &mut self,
         terrain: &Terrain,
@@ -148,7 +148,6 @@ impl Scenario {
         if !robots.iter().any(|robot| robot.required) {
             return refuse("robots.required", "at least one robot that the mission needs", "none".into());
         }
-        check_designs(&robots, &site.common)?;
         self.check_faults()?;
         Ok(robots)
     }
@@ -173,13 +172,13 @@ impl Scenario {
             let need = "at least one robot that hops or drives: helicopters look ahead for others";
             return refuse("robots.body", need, "helicopters alone".into());
         };
-        let robot = |(number, (rules, robot)): (usize, (&RobotRules, Option<Robot>))| match (rules, robot) {
-            (RobotRules::Helicopter(rules), _) => {
-                rules.on(site, &first).map_err(|error| error.of_robot(number))
+        for (number, rules) in self.robots.iter().enumerate() {
+            if let RobotRules::Helicopter(rules) = rules {
+                let robot = rules.on(site, &first);
+                robots[number] = Some(robot.map_err(|error| error.of_robot(number))?);
             }
-            (_, robot) => Ok(robot.unwrap_or(first)),
-        };
-        self.robots.iter().zip(robots).enumerate().map(robot).collect()
+        }
+        Ok(robots.into_iter().flatten().collect())
     }
 
     /// Refuses `brief.start`, `brief.goal` and `brief.goals` where no robot takes them, and goals that are written twice.
@@ -323,19 +322,6 @@ fn check_accuracies(robots: &[Robot]) -> Result<(), ScenarioError> {
             "the same for all helicopters that err",
             format!("{first} and {other}"),
         );
-    }
-    Ok(())
-}
-
-fn check_designs(robots: &[Robot], common: &Design) -> Result<(), ScenarioError> {
-    let mut designs = vec![(&common.motion, &common.sensor)];
-    for design in robots.iter().filter_map(Robot::as_hopper) {
-        if !designs.contains(&design) {
-            designs.push(design);
-        }
-    }
-    if designs.len() > 1 + DESIGNS_MAX {
-        return refuse("robots", "hoppers of at most 4 designs beside that of [robot]", "more".into());
     }
     Ok(())
 }

@@ -14,7 +14,7 @@ pub(super) struct Site<'a> {
     pub terrain: &'a Terrain,
     /// Its heights as read: none where there is no ground.
     pub relief: &'a Relief,
-    /// The trip of a driver, where the ground has one of its own.
+    /// Start and goal of a driver that has none of its own, where the ground gives them.
     pub trip: Option<Trip>,
     /// What states of the mission tell.
     pub account: Account,

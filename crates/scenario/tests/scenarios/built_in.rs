@@ -37,7 +37,7 @@ fn the_papers_scenarios_are_the_papers_worlds() {
 }
 
 #[test]
-fn the_scenarios_of_the_house_are_the_files_in_the_folder() {
+fn the_built_in_scenarios_are_the_files_in_the_folder() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenarios");
     let mut files: Vec<String> = std::fs::read_dir(&folder)
         .unwrap()

@@ -51,6 +51,22 @@ fn hoppers_have_designs_of_their_own() {
     assert_ne!(other.hash, world.hash, "a mission of other hoppers is another mission");
 }
 
+/// Nothing limits how many hoppers of a mission have a design of their own.
+#[test]
+fn each_of_sixteen_hoppers_may_have_its_own_design() {
+    let ground = "[truth.terrain.obstacles]\nwidth_cells = 16\nheight_cells = 16\ncell_size_m = 1\npercent = 0\nseed = 1\n\
+        [brief]\nprofile = \"hopper\"\n";
+    let hopper = |row: u32| {
+        format!(
+            "[[robots]]\nbody = \"hopper\"\nstart = [0, {row}]\ngoal = [5, {row}]\nsensor = {{ gain = {row}.5 }}\n"
+        )
+    };
+    let hoppers: String = (0..16).map(hopper).collect();
+    let world = Scenario::parse(&(ground.to_owned() + &hoppers), "test").unwrap().resolve().unwrap();
+    let gains: Vec<f64> = world.brief.robots.iter().map(|robot| robot.as_hopper().unwrap().1.gain).collect();
+    assert_eq!(gains, (0..16).map(|row| f64::from(row) + 0.5).collect::<Vec<_>>());
+}
+
 /// A rover on the goal of a hopper is refused if it may stay there, and only then.
 #[test]
 fn a_rover_that_is_done_where_a_hopper_shall_go_is_refused() {

@@ -12,11 +12,10 @@ use planner::pilot::DEATH_SILENCE_NS;
 use super::Checker;
 use crate::checker::Known;
 use crate::life::Life;
-use crate::model::Model;
 use crate::reservation::{ANSWERS, EXECUTED, Reservations, Standing, YIELDING};
 use crate::setup::Seat;
 
-impl<M: Model> Checker<M> {
+impl Checker {
     /// hopper-sim receives a command, and judges it before anything else happens.
     pub(crate) fn judged(&mut self, command: &Command, now: MonotonicNs) {
         let due = self.pacing.published.unwrap_or(self.pacing.began);

@@ -13,7 +13,6 @@ use contract::{
 use planner::Situation;
 
 use super::Checker;
-use crate::model::Model;
 
 /// What planners have seen on each past, and what they have decided there.
 #[derive(Clone, Debug, Default)]
@@ -59,7 +58,7 @@ impl View {
     }
 }
 
-impl<M: Model> Checker<M> {
+impl Checker {
     /// A planner is about to plan: it sees what follows from the digest, and what every other one has seen on that past.
     pub(super) fn sees(&mut self, situation: &Situation<'_>) {
         let view = View::of(situation);

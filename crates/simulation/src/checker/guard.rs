@@ -3,9 +3,9 @@
 use contract::{Action, Leader, Origin, Record, State, Vetoed};
 
 use super::Checker;
-use crate::model::{Follows, Model};
+use crate::model::Follows;
 
-impl<M: Model> Checker<M> {
+impl Checker {
     /// hopper-sim has executed a command just now.
     pub(crate) fn executed(&mut self, record: &Record) {
         if let Action::Announce(_) = record.action {

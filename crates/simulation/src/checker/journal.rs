@@ -5,12 +5,11 @@ use hopper_sim::dynamics::Execution;
 
 use super::{Checker, Sent};
 use crate::expected::next_digest;
-use crate::model::Model;
 
 /// Routes that a robot announces at most before it goes on: two planners may command it in turn.
 const ANNOUNCEMENTS_MAX: u64 = 4;
 
-impl<M: Model> Checker<M> {
+impl Checker {
     /// A decision was executed: more may be seen.
     pub(super) fn see(&mut self, record: &Record) {
         self.model.see(Some(record), &mut self.maps.expected);

@@ -4,9 +4,8 @@ use contract::{Cell, Decision, Digest, Ground, MapPage, MapPatch, PastPage, RunI
 use planner::Situation;
 
 use super::Checker;
-use crate::model::Model;
 
-impl<M: Model> Checker<M> {
+impl Checker {
     /// hopper-sim answers for the past.
     pub fn served(&mut self, page: &PastPage) {
         let from = page.from.0 as usize;

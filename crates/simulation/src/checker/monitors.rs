@@ -7,9 +7,8 @@ use contract::{Decision, Digest, Incarnation, MonotonicNs, Record, RunId};
 use report::Tally;
 
 use super::Checker;
-use crate::model::Model;
 
-impl<M: Model> Checker<M> {
+impl Checker {
     /// A monitor that records acknowledges the end of the mission, with these decisions on record.
     pub(crate) fn recorded(
         &mut self,

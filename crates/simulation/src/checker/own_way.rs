@@ -3,9 +3,9 @@
 use planner::Situation;
 
 use super::Checker;
-use crate::model::{Model, Way};
+use crate::model::Way;
 
-impl<M: Model> Checker<M> {
+impl Checker {
     /// A planner is about to plan for the robot that is due.
     pub(super) fn plans_own_way(&mut self, situation: &Situation<'_>) {
         let state = situation.state;

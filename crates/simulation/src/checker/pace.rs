@@ -5,12 +5,11 @@ use contract::{Control, Decision, Incarnation, MonotonicNs, Order, Pace, RobotId
 use super::Checker;
 use super::pacing::Pacing;
 use crate::life::Life;
-use crate::model::Model;
 use crate::offers::Offers;
 use crate::reservation::Reservations;
 use crate::tempo::Tempo;
 
-impl<M: Model> Checker<M> {
+impl Checker {
     /// hopper-sim publishes a state at `now`.
     pub fn published(&mut self, state: &State, now: MonotonicNs) {
         self.require(state.landed <= now, "no state is published before its landing", || {

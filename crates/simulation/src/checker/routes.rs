@@ -8,10 +8,9 @@ use contract::{
 use planner::Situation;
 
 use super::Checker;
-use crate::model::Model;
 use crate::routes::fingerprint;
 
-impl<M: Model> Checker<M> {
+impl Checker {
     /// A planner publishes the points of a route.
     pub(crate) fn announced(&mut self, announcement: &Announcement) {
         self.model.routes_mut().publish(announcement);

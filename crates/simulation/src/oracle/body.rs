@@ -1,8 +1,8 @@
 //! What the oracle asks of a body. Each body is a file of this folder that implements it for the parameters of the brief.
 
 use contract::{
-    Action, Branch, Cell, Decision, Flight, Ground, Origin, Outcome, Placement, Reach, Robot, Standing,
-    Vetoed, Waypoint,
+    Action, Branch, Cell, Decision, Flight, Ground, Origin, Outcome, Placement, Robot, Standing, Vetoed,
+    Waypoint,
 };
 
 use super::Oracle;
@@ -42,14 +42,13 @@ pub(super) trait Body {
     /// Whether it may do that, but for what is blocked.
     fn may(&self, oracle: &Oracle, number: usize, action: Action) -> bool;
 
-    /// Whether an action ends where another robot or no ground to stand on is, or may be a trap.
-    fn is_blocked(&self, oracle: &Oracle, number: usize, action: Action) -> bool;
+    /// Whether an action would end on another robot or off the ground on which it can stand, or may be a trap.
+    fn is_blocked(&self, _oracle: &Oracle, _number: usize, _action: Action) -> bool {
+        false
+    }
 
     /// What an action comes to.
     fn act(&self, oracle: &Oracle, number: usize, decision: Decision, action: Action) -> Arrival;
-
-    /// Its action has come to `outcome`.
-    fn take(&self, oracle: &mut Oracle, number: usize, decision: Decision, action: Action, outcome: &Outcome);
 
     /// Indices of the cells that it sees on the way to its next point.
     fn seen_on_way(&self, _oracle: &Oracle, _number: usize, _action: Action) -> Vec<usize> {
@@ -73,9 +72,6 @@ pub(super) trait Body {
         let along = self.along_route().filter(|action| oracle.may(number, *action));
         Some(along.map_or((Action::Hold, Origin::Hold), |action| (action, Origin::Policy)))
     }
-
-    /// Whether it is at the goal that it shall reach, after so many steps of the mission.
-    fn has_reached(&self, oracle: &Oracle, number: usize, reach: &Reach, steps: u64) -> bool;
 
     /// How far it may still go along routes in this stage, metres, if there is a limit.
     fn budget_left_m(&self, _actor: &Actor) -> Option<f64> {

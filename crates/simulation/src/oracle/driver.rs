@@ -1,7 +1,7 @@
 //! A rover that drives from point to point over uncertain ground, as it should be. What a drive takes is asked of the engine
 //! `rover`.
 
-use contract::{Action, Branch, Decision, Driver, Flight, Outcome, Reach, Waypoint};
+use contract::{Action, Branch, Decision, Driver, Flight, Outcome, Waypoint};
 use rover::{Allowance, Drive, DriveEnd, Point, SOL_HOURS};
 
 use super::Oracle;
@@ -19,7 +19,7 @@ impl Body for Driver {
 
     fn may(&self, oracle: &Oracle, number: usize, action: Action) -> bool {
         match action {
-            Action::Drive => oracle.turns.actors[number].next().is_some() && !is_trap(oracle, number),
+            Action::Drive => oracle.turns.actors[number].next().is_some(),
             _ => along::may(oracle, number, action),
         }
     }
@@ -49,26 +49,11 @@ impl Body for Driver {
         Arrival { outcome: Outcome { branch, from: actor.cell, to, flight }, at }
     }
 
-    fn take(
-        &self,
-        oracle: &mut Oracle,
-        number: usize,
-        decision: Decision,
-        action: Action,
-        _outcome: &Outcome,
-    ) {
-        along::take(oracle, number, decision, action);
-    }
-
     fn seen_on_way(&self, oracle: &Oracle, number: usize, action: Action) -> Vec<usize> {
         match (action, oracle.turns.actors[number].next()) {
             (Action::Drive, Some(to)) => leg(oracle, number, to).sensed,
             _ => Vec::new(),
         }
-    }
-
-    fn has_reached(&self, oracle: &Oracle, number: usize, reach: &Reach, _steps: u64) -> bool {
-        along::has_reached(oracle, number, reach)
     }
 }
 

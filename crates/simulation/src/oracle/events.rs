@@ -19,8 +19,8 @@ impl Oracle {
         if actor.body().along_route().is_some() {
             events.extend(self.route_events(actor, record, before));
         }
-        let has_company = self.mission.brief.account == Account::Hopper && self.mission.brief.has_team();
-        if has_company && actor.body().hops() && record.outcome.branch == Branch::Stranded {
+        let is_accompanied = self.mission.brief.account == Account::Hopper && self.mission.brief.has_team();
+        if is_accompanied && actor.body().hops() && record.outcome.branch == Branch::Stranded {
             events.push(("scouts", "hopper_out"));
         }
         if missions == Missions::Mixed {

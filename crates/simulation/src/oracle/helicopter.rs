@@ -1,6 +1,6 @@
 //! A helicopter that looks ahead, as it should be. Which cells a camera shows along a leg is asked of the engine `helicopter`.
 
-use contract::{Action, Branch, Decision, Flight, Helicopter, Outcome, Reach};
+use contract::{Action, Branch, Decision, Flight, Helicopter, Outcome};
 
 use super::Oracle;
 use super::actor::Actor;
@@ -27,10 +27,6 @@ impl Body for Helicopter {
         }
     }
 
-    fn is_blocked(&self, _oracle: &Oracle, _number: usize, _action: Action) -> bool {
-        false
-    }
-
     fn act(&self, oracle: &Oracle, number: usize, _decision: Decision, action: Action) -> Arrival {
         let actor = &oracle.turns.actors[number];
         let (false, Action::Fly, Some(at)) = (actor.fails(), action, actor.next()) else {
@@ -43,27 +39,12 @@ impl Body for Helicopter {
         Arrival { outcome: Outcome { branch: Branch::Intended, from: actor.cell, to, flight }, at }
     }
 
-    fn take(
-        &self,
-        oracle: &mut Oracle,
-        number: usize,
-        decision: Decision,
-        action: Action,
-        _outcome: &Outcome,
-    ) {
-        along::take(oracle, number, decision, action);
-    }
-
     fn seen_on_way(&self, oracle: &Oracle, number: usize, action: Action) -> Vec<usize> {
         let actor = &oracle.turns.actors[number];
         match (action, actor.next(), actor.robot.sensor.view_m()) {
             (Action::Fly, Some(to), Some(radius_m)) => oracle.uncertain.swath(actor.at, to, radius_m),
             _ => Vec::new(),
         }
-    }
-
-    fn has_reached(&self, oracle: &Oracle, number: usize, reach: &Reach, _steps: u64) -> bool {
-        along::has_reached(oracle, number, reach)
     }
 
     fn budget_left_m(&self, actor: &Actor) -> Option<f64> {

@@ -2,8 +2,8 @@
 //! `motion`.
 
 use contract::{
-    Account, Action, Branch, Cell, Decision, Direction, Flight, Ground, Hopper, Origin, Outcome, Reach,
-    RobotId, Vetoed,
+    Account, Action, Branch, Cell, Decision, Direction, Flight, Ground, Hopper, Origin, Outcome, RobotId,
+    Vetoed,
 };
 use hopper_sim::Mission;
 use motion::{Domain, Draw};
@@ -52,17 +52,6 @@ impl Body for Hopper {
         Arrival { outcome: Outcome { branch, from, to, flight }, at: actor.at }
     }
 
-    fn take(
-        &self,
-        oracle: &mut Oracle,
-        number: usize,
-        _decision: Decision,
-        action: Action,
-        outcome: &Outcome,
-    ) {
-        oracle.turns.take_in_cells(number, action, outcome);
-    }
-
     fn dangerous(&self, oracle: &Oracle, number: usize, known: &[Option<Ground>]) -> Vetoed {
         let hazard_max = oracle.mission.brief.guard.hazard_max;
         let hazard = |action: &Action| hazard(self, oracle, number, known, *action);
@@ -98,10 +87,6 @@ impl Body for Hopper {
         let nearest = Direction::ALL.into_iter().filter(is_open).min_by_key(away);
         let hop = nearest.map(|direction| (Action::Hop(direction), Origin::Greedy));
         Some(hop.unwrap_or((Action::Hold, Origin::Hold)))
-    }
-
-    fn has_reached(&self, oracle: &Oracle, number: usize, _reach: &Reach, steps: u64) -> bool {
-        oracle.is_in_goal_cell(number, steps)
     }
 }
 

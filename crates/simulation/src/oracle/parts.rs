@@ -2,8 +2,8 @@
 
 use contract::{Account, Cell, Goal, Standing, Status};
 
-use super::Oracle;
 use super::goal::goal_cell;
+use super::{Oracle, along};
 
 /// How the goal of a robot stands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -29,13 +29,13 @@ impl Oracle {
     }
 
     /// Whether a robot that goes from cell to cell is in that of its goal, and in time where the mission counts its steps.
-    pub(super) fn is_in_goal_cell(&self, number: usize, steps: u64) -> bool {
+    fn is_in_goal_cell(&self, number: usize, steps: u64) -> bool {
         let (brief, actor) = (&self.mission.brief, &self.turns.actors[number]);
         let in_time = brief.account != Account::Hopper || steps <= brief.limits.steps_max;
         goal_cell(&brief.grid, &actor.robot, 0) == Some(actor.cell) && in_time
     }
 
-    /// Who covers ground and has nothing left to cover is done.
+    /// Robots that cover ground and have nothing left to cover are done.
     pub(super) fn retire(&mut self) {
         let Some(covering) = &self.covering else { return };
         for (coverer, number) in self.coverers.iter().enumerate() {
@@ -63,7 +63,7 @@ impl Oracle {
                 standing = actor.gave_up();
             }
         }
-        // Who covers ground closes its cell where it fails.
+        // A robot that covers ground closes its cell only where it fails, which `take` sees to.
         let closes = actor.body().is_on_ground() && !matches!(actor.robot.goal, Goal::Cover(_));
         let actor = &mut self.turns.actors[number];
         // Who acts no more waits for nobody.
@@ -74,12 +74,15 @@ impl Oracle {
         }
     }
 
-    /// Whether a robot is where it shall go and has no further point to go to, or has made its visits. Who covers ground is done
-    /// elsewhere.
+    /// Whether a robot is where it shall go and has no further point to go to, or has made its visits. [`Oracle::retire`] ends those
+    /// that cover ground.
     fn is_at_goal(&self, number: usize, steps: u64) -> bool {
         let actor = &self.turns.actors[number];
         match actor.robot.goal {
-            Goal::Reach(reach) => actor.body().has_reached(self, number, &reach, steps),
+            Goal::Reach(reach) if actor.body().along_route().is_some() => {
+                along::has_reached(self, number, &reach)
+            }
+            Goal::Reach(_) => self.is_in_goal_cell(number, steps),
             Goal::Visit(visit) => actor.actions >= visit.hops_max,
             Goal::Cover(_) | Goal::LookAhead(_) => false,
         }

@@ -1,6 +1,6 @@
 //! A rover that steps from cell to cell, as it should be.
 
-use contract::{Action, Branch, Cell, Decision, Direction, Flight, Outcome, Reach, Rover};
+use contract::{Action, Branch, Cell, Decision, Direction, Flight, Outcome, Rover};
 use hopper_sim::Mission;
 
 use super::Oracle;
@@ -35,21 +35,6 @@ impl Body for Rover {
         let flight = Flight { range_m, rise_m, flight_time_s, flights: 1, ..Flight::default() };
         let outcome = Outcome { branch: Branch::Intended, from: actor.cell, to, flight };
         Arrival { outcome, at: actor.at }
-    }
-
-    fn take(
-        &self,
-        oracle: &mut Oracle,
-        number: usize,
-        _decision: Decision,
-        action: Action,
-        outcome: &Outcome,
-    ) {
-        oracle.turns.take_in_cells(number, action, outcome);
-    }
-
-    fn has_reached(&self, oracle: &Oracle, number: usize, _reach: &Reach, steps: u64) -> bool {
-        oracle.is_in_goal_cell(number, steps)
     }
 
     fn step_to(&self, from: Cell, action: Action) -> Option<Cell> {

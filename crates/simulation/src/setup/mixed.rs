@@ -18,7 +18,7 @@ use crate::chance::Chance;
 /// Hops within which a hopper's goal is.
 const WAY_HOPS: i32 = 4;
 
-/// Most ways to hop and see in a mission, beside the usual one.
+/// Most designs of hoppers in a mission, beside the usual one.
 const DESIGNS_MAX: usize = 4;
 
 /// Side of the part of the map on which all begin in every other mission, cells: so they meet.

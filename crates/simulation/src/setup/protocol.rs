@@ -9,10 +9,10 @@ use super::hopper_mission;
 /// Every hop lands ahead.
 const CERTAIN: SoilMotion = SoilMotion { intended: 1.0, stuck: 0.0, sideways: 0.0, flights: 1 };
 
-/// The largest hazard that the guard allows: no hop off the map, which is lost for certain.
+/// The guard allows no larger hazard than this, so that it vetoes every hop off the map.
 const HAZARD_MAX: f64 = 0.5;
 
-/// The `number`th mission of a seed: that of a hopper, without what makes it hard.
+/// The `number`th mission of a seed: that of the hopper missions, on flat ground without treasures.
 pub(super) fn mission(seed: u64, number: u64) -> Mission {
     let mut mission = hopper_mission(seed, number);
     let grid = mission.brief.grid;

@@ -144,22 +144,14 @@ export class MissionHistory {
       if (route.robot === robot && route.decision < at && (!last || route.decision > last.decision)) last = route;
     }
     // A helicopter whose rover's stage has ended is with it again, and has no route.
-    const isRecalled = last && this.vehicle(robot)?.kind === "helicopter" && this.hops.slice(Math.max(last.decision - this.first, 0), Math.max(at - this.first, 0)).some(({ branch }) => branch === "halted");
+    const isRecalled = last && this.mission.robots[robot].body === "helicopter" && this.hops.slice(Math.max(last.decision - this.first, 0), Math.max(at - this.first, 0)).some(({ branch }) => branch === "halted");
     return isRecalled ? null : last;
-  }
-
-  /** What a robot is: rover, driver, helicopter or hopper, with its start and its goal; null as long as nobody has told. */
-  vehicle(robot) {
-    const vehicle = this.status?.progress?.robots?.[robot]?.robot?.vehicle;
-    if (!vehicle) return null;
-    const [kind] = Object.keys(vehicle);
-    return { kind, ...vehicle[kind] };
   }
 
   /** How far a robot's camera sees to each side, in cells; null without a camera. */
   viewCells(robot) {
-    const sensor = this.status?.progress?.robots?.[robot]?.robot?.sensor;
-    const camera = sensor?.camera ?? sensor?.erring_camera;
+    const { sensor } = this.mission.robots[robot];
+    const camera = sensor.camera ?? sensor.erring_camera;
     return camera ? camera.radius_m / this.mission.grid.cell_size_m : null;
   }
 
@@ -205,7 +197,7 @@ export class MissionHistory {
 
   /** Number of robots of the mission. */
   get robots() {
-    return this.mission?.robots ?? 1;
+    return this.mission?.robots.length ?? 1;
   }
 
   /** Whether the mission was over at a moment. */
@@ -285,7 +277,7 @@ export class MissionHistory {
     return this.hopBefore(at)?.visits ?? 0;
   }
 
-  /** Where in the hops the route at a moment begins: of a patrol there are the leg under way and the one before. */
+  /** Where in the hops the route at a moment begins: of visits in turn it has the leg under way and the one before. */
   routeFrom(at) {
     const visits = this.visits(at);
     let [low, high] = [0, this.hops.length];
@@ -296,10 +288,10 @@ export class MissionHistory {
     return low;
   }
 
-  /** The goal in force at a moment: those of a patrol follow one another, the first the last. */
+  /** The goal of robot 0 in force at a moment, the first again after the last; null if it has no place to go to. */
   goal(at) {
     const { goals } = this.mission;
-    return goals[this.visits(at) % goals.length];
+    return goals[this.visits(at) % goals.length] ?? null;
   }
 
   /** Treasures that had been seen at a moment, and not been collected. */
@@ -323,9 +315,9 @@ export class MissionHistory {
     if (leader && leader.planner === policy.planner) this.bounds.set(leader.term, policy.error_bound);
   }
 
-  /** Sensing radius in cells at a height, P23 section IV. */
+  /** Sensing radius of the hopper in cells at a height, P23 section IV. */
   radiusCells(heightM) {
-    const { gain, offset_m: offset, radius_min_m: min, radius_max_m: max } = this.mission.sensor;
+    const { gain, offset_m: offset, radius_min_m: min, radius_max_m: max } = this.mission.robots[0].sensor.disc;
     return Math.min(Math.max(gain * (heightM + offset), min), max) / this.mission.grid.cell_size_m;
   }
 

@@ -83,7 +83,7 @@ function connect() {
     space.begin();
     if (!known) {
       const small = mission.grid.width * mission.grid.height <= SMALL_CELLS;
-      [map.options.policy, map.options.follow] = [small && mission.robots === 1, !small && (mission.robots === 1 || mission.hops)];
+      [map.options.policy, map.options.follow] = [small && history.robots === 1, !small && (history.robots === 1 || mission.hops)];
       followPolicies();
     }
     chooseLayers(known);
@@ -140,7 +140,7 @@ function beginMission(mission) {
   [...TEXTS.keys()].filter((id) => id.startsWith("stage-")).forEach((id) => TEXTS.delete(id));
 }
 
-/** The layers of this mission, and which of them is shown: at first the one that the monitor says. */
+/** The layers of this mission, and which of them is shown: at first the one that the monitor marks. */
 function chooseLayers(known) {
   const layers = map.layers();
   by("layer").replaceChildren(...layers.map(({ name, menu }) => make("option", { value: name, textContent: menu })));
@@ -219,21 +219,21 @@ function teamFigures(at) {
   ];
 }
 
-const SCOUT_FIGURES = ["decision", "to goal", "driven", "flown", "seen", "routes", "active", "turn"];
+const DRIVE_FIGURES = ["decision", "to goal", "driven", "flown", "seen", "routes", "active", "turn"];
 
-/** The figures of a rover with helicopters. */
-function scoutFigures(at) {
-  const size = history.mission.grid.cell_size_m;
+/** The figures of robots on uncertain ground: `to goal` is of the first that drives. */
+function driveFigures(at) {
+  const { grid: { cell_size_m: size }, robots } = history.mission;
   const moved = { driver: 0, helicopter: 0 };
   for (let n = 0; n < at - history.first && n < history.hops.length; n += 1) {
     const { robot, from, to } = history.hops[n];
-    const kind = history.vehicle(robot)?.kind;
-    if (kind in moved) moved[kind] += Math.hypot(to[0] - from[0], to[1] - from[1]) * size;
+    const { body } = robots[robot];
+    if (body in moved) moved[body] += Math.hypot(to[0] - from[0], to[1] - from[1]) * size;
   }
-  const rover = Array.from({ length: history.robots }, (_, robot) => robot).find((robot) => history.vehicle(robot)?.kind === "driver");
-  const goal = history.vehicle(rover)?.goal;
-  const cell = history.poses(at)[rover]?.cell;
-  const toGoal = goal && cell ? Math.hypot(goal.x_m - (cell[0] + 0.5) * size, goal.y_m - (cell[1] + 0.5) * size).toFixed(0) : "–";
+  const driver = robots.findIndex(({ body }) => body === "driver");
+  const goal = robots[driver]?.goals[0];
+  const cell = history.poses(at)[driver]?.cell;
+  const toGoal = goal && cell ? (size * Math.hypot(goal[0] - cell[0] - 0.5, goal[1] - cell[1] - 0.5)).toFixed(0) : "–";
   const ofTeam = teamFigures(at);
   const byName = Object.fromEntries(TEAM_FIGURES.map((name, n) => [name, ofTeam[n]]));
   return [
@@ -262,12 +262,12 @@ function showRobots(at) {
 function showFigures(at) {
   const list = by("figures");
   if (list.children.length === 0) {
-    const names = history.mission.speeds ? SCOUT_FIGURES : history.mission.hops ? FIGURES : TEAM_FIGURES;
+    const names = history.mission.speeds ? DRIVE_FIGURES : history.mission.hops ? FIGURES : TEAM_FIGURES;
     list.append(...names.map((name) => make("div", {}, make("dt", { textContent: name }), make("dd", {}, make("span"), make("small")))));
   }
   const isTeam = !history.mission.hops;
   if (!isTeam) list.children[1].firstChild.textContent = history.mission.hops_max === null ? "step" : "visited";
-  (history.mission.speeds ? scoutFigures : isTeam ? teamFigures : figures)(at).forEach(([value, unit], n) => {
+  (history.mission.speeds ? driveFigures : isTeam ? teamFigures : figures)(at).forEach(([value, unit], n) => {
     const [number, small] = list.children[n].lastChild.children;
     if (number.textContent !== value) number.textContent = value;
     if (small.textContent !== unit) small.textContent = unit;

@@ -94,7 +94,7 @@ export class MapView {
     return true;
   }
 
-  /** The layers that this mission has, as the monitor tells them. */
+  /** The layers of this mission, from the monitor. */
   layers() {
     return this.history.mission?.layers ?? [];
   }
@@ -398,7 +398,8 @@ export class MapView {
     const { view, left, top, scale } = frame;
     const whole = history.width * scale <= view.right - view.left + 1 && history.height * scale <= view.bottom - view.top + 1;
     if (whole) return;
-    const goal = history.robots === 1 ? this.spot(history.goal(at), frame) : [view.left + 1, view.top + 1];
+    const goalCell = history.robots === 1 ? history.goal(at) : null;
+    const goal = goalCell ? this.spot(goalCell, frame) : [view.left + 1, view.top + 1];
     const margin = 16;
     const place = [Math.min(Math.max(goal[0], view.left + margin), view.right - margin), Math.min(Math.max(goal[1], view.top + margin), view.bottom - margin)];
     if (place[0] !== goal[0] && goal[0] < view.left || place[0] !== goal[0] && goal[0] > view.right || goal[1] < view.top || goal[1] > view.bottom) {
@@ -412,7 +413,7 @@ export class MapView {
       context.lineWidth = 4; context.strokeStyle = LIGHT; context.stroke();
       context.fillStyle = GOAL; context.fill();
       context.restore();
-      const text = `goal ${this.distanceM(history.goal(at), history.pose(at).cell).toFixed(0)} m`;
+      const text = `goal ${this.distanceM(goalCell, history.pose(at).cell).toFixed(0)} m`;
       context.font = "600 11px system-ui, sans-serif";
       context.textBaseline = "middle";
       const room = context.measureText(text).width;
@@ -440,7 +441,7 @@ export class MapView {
       context.arc(x + (cx + 0.5) * side, y + (history.height - 0.5 - cy) * side, radius, 0, 2 * Math.PI);
       context.fillStyle = fill; context.fill(); context.strokeStyle = DARK; context.lineWidth = 1; context.stroke();
     };
-    if (history.robots === 1) dot(history.goal(at), GOAL, 3.5);
+    if (goalCell) dot(goalCell, GOAL, 3.5);
     dot(history.pose(at).cell, HOPPER, 3.5);
     context.restore();
   }
@@ -669,7 +670,7 @@ export class MapView {
     }
   }
 
-  /** The route grows with the mission; it is made anew only when time goes back, or on a patrol with a visit. */
+  /** The route grows with the mission; it is made anew only when time goes back or, of visits in turn, with a visit. */
   routeUntil(at) {
     const { history } = this;
     const from = history.routeFrom(at);
@@ -864,14 +865,12 @@ export class MapView {
       context.closePath();
     };
     if (!history.mission.hops) {
-      for (let robot = 0; robot < history.robots; robot += 1) {
-        const vehicle = history.vehicle(robot);
-        if (vehicle?.kind === "hopper" && vehicle.goal) symbol(star(...this.spot([vehicle.goal.x, vehicle.goal.y], frame), size), GOAL, LIGHT);
-        if (vehicle?.kind !== "driver" || !vehicle.goal) continue;
-        const cells = ({ x_m: x, y_m: y }) => [x, y].map((m) => m / history.mission.grid.cell_size_m);
-        const [[startX, startY], [goalX, goalY]] = [vehicle.start, vehicle.goal].map((place) => this.corner(cells(place), frame));
-        symbol(() => context.arc(startX, startY, size * 0.8, 0, 2 * Math.PI), START, LIGHT);
-        symbol(star(goalX, goalY, size), GOAL, LIGHT);
+      for (const { body, start, goals } of history.mission.robots) {
+        if (body === "driver") {
+          const [startX, startY] = this.corner(start, frame);
+          symbol(() => context.arc(startX, startY, size * 0.8, 0, 2 * Math.PI), START, LIGHT);
+        }
+        for (const goal of goals) symbol(star(...this.corner(goal, frame), size), GOAL, LIGHT);
       }
       this.drawRobots(context, frame, at, symbol);
       return;

@@ -49,10 +49,3 @@ export function ramp(colours, share) {
   const n = Math.min(Math.floor(place), colours.length - 2);
   return colours[n].map((low, band) => low + (colours[n + 1][band] - low) * (place - n));
 }
-
-/** Whether dark or light ink stands out on a colour. */
-export function inkOn([r, g, b]) {
-  const linear = (value) => (value / 255 <= 0.04045 ? value / 3294.6 : ((value / 255 + 0.055) / 1.055) ** 2.4);
-  const luminance = 0.2126 * linear(r) + 0.7152 * linear(g) + 0.0722 * linear(b);
-  return luminance > 0.18 ? DARK : LIGHT;
-}

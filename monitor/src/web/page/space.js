@@ -324,8 +324,8 @@ export class SpaceView {
         line([...a, this.over(a, raise, 0.2)], [...b, this.over(b, raise, 0.2)], rgba(colour("text"), 0.85), 2);
       }
     }
-    if (history.robots > 1) return data;
-    const goal = history.goal(at);
+    const goal = history.robots > 1 ? null : history.goal(at);
+    if (!goal) return data;
     const foot = this.over(goal, raise);
     line([...goal, foot], [...goal, foot + this.pole()], rgba(colour("text")), 2.5);
     return data;
@@ -356,7 +356,8 @@ export class SpaceView {
       return data;
     }
     mark(history.mission.start, 0.3, START, 16, 0);
-    mark(history.goal(at), this.pole() + 0.12, GOAL, 30, 1);
+    const goal = history.goal(at);
+    if (goal) mark(goal, this.pole() + 0.12, GOAL, 30, 1);
     const flight = this.map.flightAt(at);
     const pose = history.pose(at);
     if (flight) {

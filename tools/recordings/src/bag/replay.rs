@@ -311,7 +311,7 @@ mod tests {
     #[test]
     fn a_planner_that_does_not_suit_the_recording_is_refused_by_name() {
         let bytes = include_bytes!("../../../../tests/golden/hard.mcap");
-        let recording = Recording::read(bytes).expect("a recording of the release before");
+        let recording = Recording::read(bytes).expect("a recording of an earlier build");
         let brief = last_run(&recording).expect("it has a mission").brief;
         for suited in planner::suited(&brief, &brief.robots[0]) {
             assert!(check(suited, true, &brief).is_ok(), "{suited}");

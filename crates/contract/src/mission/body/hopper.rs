@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::BodyKind;
 use crate::block::Block;
-use crate::codec::{LAUNCH_ANGLE, PROBABILITY, float, whole};
+use crate::codec::{PROBABILITY, float, whole};
 use crate::mission::kind::Kind;
 
 /// How hops scatter on one soil, on the flat (P23 section IV).
@@ -78,7 +78,13 @@ impl Kind for Hopper {
             float(0.01, 1.57),
             slope_limit_rad,
         );
-        block.float("motion.launch_angle_rad", "Launch angle above the horizontal, radians: neither flat nor straight up, where a hop gets nowhere.", LAUNCH_ANGLE, launch_angle_rad);
+        block.float(
+            "motion.launch_angle_rad",
+            "Launch angle above the horizontal, radians: neither flat nor straight up, where a hop gets \
+             nowhere.",
+            float(0.01, 1.56),
+            launch_angle_rad,
+        );
         block.float(
             "motion.gravity_mps2",
             "Gravity, m/s²; from that of a comet to four times that of Jupiter.",

@@ -52,35 +52,3 @@ pub trait BodyKind {
         None
     }
 }
-
-impl Body {
-    /// As [`BodyKind::word`].
-    #[must_use]
-    pub fn word(&self) -> &'static str {
-        self.as_kind().word()
-    }
-
-    /// As [`BodyKind::is_on_ground`].
-    #[must_use]
-    pub fn is_on_ground(&self) -> bool {
-        self.as_kind().is_on_ground()
-    }
-
-    /// As [`BodyKind::hops`].
-    #[must_use]
-    pub fn hops(&self) -> bool {
-        self.as_kind().hops()
-    }
-
-    /// As [`BodyKind::drives`].
-    #[must_use]
-    pub fn drives(&self) -> bool {
-        self.as_kind().drives()
-    }
-
-    /// As [`BodyKind::along_route`].
-    #[must_use]
-    pub fn along_route(&self) -> Option<Action> {
-        self.as_kind().along_route()
-    }
-}

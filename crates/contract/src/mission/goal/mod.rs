@@ -35,11 +35,3 @@ pub trait GoalKind {
         None
     }
 }
-
-impl Goal {
-    /// As [`GoalKind::cell`].
-    #[must_use]
-    pub fn cell(&self, grid: &Grid, visits: u64) -> Option<Cell> {
-        self.as_kind().cell(grid, visits)
-    }
-}

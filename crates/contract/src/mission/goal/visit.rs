@@ -113,16 +113,16 @@ mod tests {
     #[test]
     fn goals_come_in_turn_from_the_last_to_the_first_again() {
         let goals = [Cell::new(1, 1), Cell::new(5, 2), Cell::new(0, 3)];
-        let patrol = Visit::new(&goals, 10).unwrap();
-        assert_eq!(patrol.goals(), goals);
+        let visit = Visit::new(&goals, 10).unwrap();
+        assert_eq!(visit.goals(), goals);
         assert_eq!(
-            [0, 1, 2, 3, 3_000_000].map(|visits| patrol.goal(visits)),
+            [0, 1, 2, 3, 3_000_000].map(|visits| visit.goal(visits)),
             [goals[0], goals[1], goals[2], goals[0], goals[0]]
         );
     }
 
     #[test]
-    fn what_is_no_patrol_is_none() {
+    fn too_few_too_many_or_repeated_goals_are_refused() {
         let [a, b] = [Cell::new(1, 1), Cell::new(5, 2)];
         assert!(Visit::new(&[a, b], 1).is_some());
         for (goals, hops_max) in [(&[a][..], 9), (&[a, b, b], 9), (&[a, b, a], 9), (&[], 9), (&[a, b], 0)] {

@@ -23,13 +23,13 @@ impl Kind for Camera {
     const NAME: &'static str = "camera";
 
     fn parameters(&mut self, block: &mut Block<'_>) {
-        block.float(
-            "radius_m",
-            "How far it sees to each side of its way, metres.",
-            RADIUS,
-            &mut self.radius_m,
-        );
+        radius(block, &mut self.radius_m);
     }
+}
+
+/// The parameter `radius_m` of any camera.
+pub(super) fn radius(block: &mut Block<'_>, radius_m: &mut f64) {
+    block.float("radius_m", "How far it sees to each side of its way, metres.", RADIUS, radius_m);
 }
 
 impl SensorKind for Camera {

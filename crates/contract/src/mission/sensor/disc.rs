@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::SensorKind;
 use crate::Grid;
 use crate::block::Block;
-use crate::codec::{DISTANCE, LENGTH, SENSOR_GAIN};
+use crate::codec::{DISTANCE, LENGTH, float};
 use crate::mission::kind::Kind;
 
 /// Where the observed map takes its gradients from.
@@ -53,7 +53,7 @@ impl Kind for SensorParameters {
     const NAME: &'static str = "disc";
 
     fn parameters(&mut self, block: &mut Block<'_>) {
-        block.float("gain", "Metres of radius per metre of height.", SENSOR_GAIN, &mut self.gain);
+        block.float("gain", "Metres of radius per metre of height.", float(0.0, 1.0e6), &mut self.gain);
         block.float("offset_m", "Height added before the gain, metres.", LENGTH, &mut self.offset_m);
         block.float("radius_min_m", "Smallest radius, metres.", DISTANCE, &mut self.radius_min_m);
         block.float(

@@ -3,8 +3,9 @@
 use serde::{Deserialize, Serialize};
 
 use super::SensorKind;
+use super::camera::radius;
 use crate::block::Block;
-use crate::codec::{PROBABILITY, RADIUS};
+use crate::codec::PROBABILITY;
 use crate::mission::kind::Kind;
 
 /// As [`super::Camera`], but what it reads of a cell's speed may be wrong: partial observation (Folsom et al. 2021, eqs 13 to
@@ -21,12 +22,7 @@ impl Kind for ErringCamera {
     const NAME: &'static str = "erring_camera";
 
     fn parameters(&mut self, block: &mut Block<'_>) {
-        block.float(
-            "radius_m",
-            "How far it sees to each side of its way, metres.",
-            RADIUS,
-            &mut self.radius_m,
-        );
+        radius(block, &mut self.radius_m);
         block.float("accuracy", "Probability that it reads the true speed.", PROBABILITY, &mut self.accuracy);
     }
 }

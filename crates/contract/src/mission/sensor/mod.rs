@@ -42,17 +42,3 @@ pub trait SensorKind {
         None
     }
 }
-
-impl Sensor {
-    /// As [`SensorKind::view_m`].
-    #[must_use]
-    pub fn view_m(&self) -> Option<f64> {
-        self.as_kind().view_m()
-    }
-
-    /// As [`SensorKind::accuracy`].
-    #[must_use]
-    pub fn accuracy(&self) -> Option<f64> {
-        self.as_kind().accuracy()
-    }
-}

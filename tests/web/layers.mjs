@@ -1,6 +1,6 @@
 // Looks at a mission over uncertain ground; prints what it saw as one JSON object.
 //
-// node scout.mjs PLAYWRIGHT CHROMIUM URL FOLDER NAME, where FOLDER gets the screenshots, named after NAME.
+// node layers.mjs PLAYWRIGHT CHROMIUM URL FOLDER NAME, where FOLDER gets the screenshots, named after NAME.
 
 import { join } from "node:path";
 
