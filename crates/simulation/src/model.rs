@@ -71,7 +71,7 @@ pub(crate) trait Model: Debug {
     /// Who commands a robot.
     fn leader(&self, robot: RobotId) -> Leader;
 
-    /// The message about all robots as of the state of `decision` with `digest`. A hopper alone has none: nobody compares its default.
+    /// The message about all robots as of the state of `decision` with `digest`. Missions of one robot publish none, and nothing compares its default.
     fn team(&self, run: RunId, decision: Decision, digest: Digest) -> Team {
         Team { run, decision, digest, due: self.due(), actor: None, members: [].into() }
     }
