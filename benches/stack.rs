@@ -90,9 +90,9 @@ fn patch_cells() -> usize {
     let ResolvedScenario { brief, terrain, .. } = paper_world();
     let mut cells = Vec::new();
     for seed in 0..ROUNDS {
-        let mission = Mission { brief, terrain: terrain.clone(), seed, faults: Vec::new() };
+        let mission = Mission { brief: brief.clone(), terrain: terrain.clone(), seed, faults: Vec::new() };
         let mut cartographer = Cartographer::new(hopper_sim::ROBOT);
-        cartographer.on(Event::Brief(brief), MonotonicNs(0));
+        cartographer.on(Event::Brief(brief.clone()), MonotonicNs(0));
         cartographer.on(Event::Terrain(brief.run, terrain.clone()), MonotonicNs(0));
         let mut land = |record: &Record| {
             let state = record.state_after(brief.run, MonotonicNs(0), MonotonicNs(0));
@@ -195,7 +195,7 @@ fn covering_hz(rovers: usize, round: u64) -> f64 {
     let mut steps = 0;
     let started_s = processor_s();
     for episode in 0..COVERINGS {
-        let (brief, faults) = (Brief { run: RunId(1), ..world.brief }, world.faults.clone());
+        let (brief, faults) = (Brief { run: RunId(1), ..world.brief.clone() }, world.faults.clone());
         let mission =
             Mission { brief, terrain: world.terrain.clone(), seed: round * COVERINGS + episode, faults };
         lockstep::fly(mission, &schedule, &mut Node::now, &mut |_| steps += 1).expect("a known algorithm");
@@ -211,7 +211,7 @@ fn in_lockstep(algorithm: &str, round: u64) -> (f64, f64) {
     let started = Instant::now();
     for episode in 0..EPISODES {
         let mission = Mission {
-            brief: world.brief,
+            brief: world.brief.clone(),
             terrain: world.terrain.clone(),
             seed: round * EPISODES + episode,
             faults: Vec::new(),

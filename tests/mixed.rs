@@ -125,7 +125,7 @@ fn a_past_mission_shows_how_each_robot_ended() {
         let history = hopper::commands::view::history_of_journal(&mission.path("out/journal")).unwrap();
         let robots = history.progress().unwrap().robots.clone();
         assert_eq!(history.team().unwrap().members[..], robots);
-        (*history.brief().unwrap(), robots)
+        (history.brief().unwrap().clone(), robots)
     };
     let robots = |scenario: &str| flown(scenario).1;
     let standings = |robots: &[Member]| robots.iter().map(|member| member.standing).collect::<Vec<_>>();

@@ -39,7 +39,8 @@ fn flown_in(world: ResolvedScenario) -> Flown {
     if let Goal::Visit(visit) = &mut brief.robots[0].goal {
         visit.hops_max = 60;
     }
-    let mission = Mission { brief, terrain: world.terrain.clone(), seed: 3, faults: Vec::new() };
+    let mission =
+        Mission { brief: brief.clone(), terrain: world.terrain.clone(), seed: 3, faults: Vec::new() };
     let mut records = Vec::new();
     let schedule = PlannerSchedule::single("mdp".parse().unwrap());
     let mut ns = 0;
@@ -55,7 +56,7 @@ fn flown_in(world: ResolvedScenario) -> Flown {
     let states: Vec<State> = std::iter::once(opening).chain(later).collect();
     let mut cartographer = Cartographer::new(ROBOT);
     cartographer.on(Event::Terrain(brief.run, world.terrain), MonotonicNs(0));
-    cartographer.on(Event::Brief(brief), MonotonicNs(0));
+    cartographer.on(Event::Brief(brief.clone()), MonotonicNs(0));
     let patches = states.iter().map(|state| {
         cartographer.on(Event::State(*state), state.landed);
         cartographer.patches(state.landed, &mut || state.landed)
@@ -306,7 +307,7 @@ fn scouted(accuracy: &str) -> Scouted {
 impl Scouted {
     /// The history of whoever comes at the end, and asks for all that is missing.
     fn history(&self) -> History {
-        let (brief, run) = (self.mission.brief, self.mission.brief.run);
+        let (brief, run) = (self.mission.brief.clone(), self.mission.brief.run);
         let mut history = History::new(ROBOT);
         let mut now = MonotonicNs(1);
         history.on(Input::Brief(&brief), now);
@@ -541,11 +542,12 @@ fn a_patrol_is_told_with_its_goals_and_the_visits_of_each_hop() {
 fn a_landing_on_the_largest_map_makes_small_frames() {
     let world = scenario::load("vast").unwrap().resolve().unwrap();
     let brief = Brief { run: RunId(5), ..world.brief };
-    let mission = Mission { brief, terrain: world.terrain.clone(), seed: 1, faults: Vec::new() };
+    let mission =
+        Mission { brief: brief.clone(), terrain: world.terrain.clone(), seed: 1, faults: Vec::new() };
     let mut state = *Arbiter::new(mission, None, Pace::Max, 0, MonotonicNs(1)).state();
     let mut cartographer = Cartographer::new(ROBOT);
     cartographer.on(Event::Terrain(brief.run, world.terrain), MonotonicNs(0));
-    cartographer.on(Event::Brief(brief), MonotonicNs(0));
+    cartographer.on(Event::Brief(brief.clone()), MonotonicNs(0));
     let mut account = History::new(ROBOT);
     account.on(Input::Brief(&brief), MonotonicNs(0));
     let mut cursor = Cursor::default();
@@ -597,7 +599,7 @@ fn a_landing_on_the_largest_map_makes_small_frames() {
 fn a_client_that_reads_nothing_holds_up_nobody() {
     let flown = flown("hard");
     let mut watcher = Watcher::new(ROBOT);
-    watcher.on(monitor::Event::Brief(flown.brief), MonotonicNs(0));
+    watcher.on(monitor::Event::Brief(flown.brief.clone()), MonotonicNs(0));
     let mut account = History::new(ROBOT);
     account.on(Input::Brief(&flown.brief), MonotonicNs(0));
     let account = Arc::new(Mutex::new(account));

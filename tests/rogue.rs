@@ -605,7 +605,7 @@ fn a_rogue_in_the_place_of_hopper_sim_ends_nobody() {
         pause();
     }
     // A mission for other planners than this one: it is not flown, and this one waits for another.
-    let mut covering = Brief { account: Account::ActionsWithoutWaits, ..brief };
+    let mut covering = Brief { account: Account::ActionsWithoutWaits, ..brief.clone() };
     let rover = &mut covering.robots[0];
     rover.body = Body::Rover(Rover { speed_mps: 1.0 });
     (rover.sensor, rover.goal) = (Sensor::Square(Square { range_cells: 1 }), Goal::Cover(Cover::default()));

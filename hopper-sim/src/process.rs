@@ -191,7 +191,7 @@ impl<P: Ports, R: RecordStore, O: FnMut(&Record)> HopperSim<P, R, O> {
 
     /// Publishes the brief: once, and again when a peer has missed it.
     fn announce(&mut self) -> Result<(), P::Error> {
-        self.briefs.publish(self.arbiter.mission().brief)
+        self.briefs.publish(self.arbiter.mission().brief.clone())
     }
 
     /// Everything that came since, and the passing of time.

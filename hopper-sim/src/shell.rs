@@ -184,7 +184,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     let summary_so_far = RefCell::new(summary);
     let (exit, summary) = block_on(async {
         node.pass(crash::JOURNAL_OPENED).await;
-        let mission = Mission { brief, terrain: world.terrain, seed, faults: world.faults };
+        let mission = Mission { brief: brief.clone(), terrain: world.terrain, seed, faults: world.faults };
         let last = journal.last().copied();
         let executed = |record: &Record| summary_so_far.borrow_mut().record(record);
         let sim = HopperSim::join(&mut node, mission, (journal, last), executed, args.terms()).await?;

@@ -179,7 +179,7 @@ impl<P: Ports> View<P> {
     /// Asks hopper-sim for prior and routes, where there are any.
     fn ask_for_pages(&mut self, ports: &mut P) -> Result<(), Failure> {
         let now = ports.now();
-        let brief = self.history().brief().copied().filter(Brief::has_routes);
+        let brief = self.history().brief().filter(|brief| brief.has_routes()).cloned();
         let is_due = self.routes_due.is_none_or(|due| now >= due);
         let known = self.routes.as_ref();
         let lacks =

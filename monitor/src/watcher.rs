@@ -218,7 +218,7 @@ impl Watcher {
             return;
         }
         self.mission = Some(Mission {
-            brief,
+            brief: brief.clone(),
             tally: Tally::new(&brief),
             past: PastFollower::default(),
             state: None,

@@ -98,7 +98,7 @@ fn answer(watcher: &mut Watcher, records: &[Record], effects: Vec<Effect>, now: 
 
 fn watching(brief: &Brief) -> Watcher {
     let mut watcher = Watcher::new(RobotId(0));
-    watcher.on(Event::Brief(*brief), MonotonicNs(0));
+    watcher.on(Event::Brief(brief.clone()), MonotonicNs(0));
     watcher.on(Event::State(opening(brief)), MonotonicNs(0));
     watcher
 }
@@ -145,7 +145,7 @@ fn a_rebuild_from_the_past_equals_the_undisturbed_fold() {
         (100..records.len()).collect(),
     ] {
         let mut watcher = Watcher::new(RobotId(0));
-        watcher.on(Event::Brief(brief), MonotonicNs(0));
+        watcher.on(Event::Brief(brief.clone()), MonotonicNs(0));
         let mut others = Vec::new();
         for at in heard {
             let now = records[at].timing.committed;
@@ -192,7 +192,7 @@ fn repeated_old_and_foreign_messages_change_nothing() {
     let before = watcher.progress(MonotonicNs(9));
     let foreign = RunId(2);
     for event in [
-        Event::Brief(brief),
+        Event::Brief(brief.clone()),
         Event::State(state(&records[49], brief.run)),
         Event::State(state(&records[3], brief.run)),
         Event::State(state(&records[60], foreign)),
@@ -222,11 +222,11 @@ fn a_new_run_drops_everything_known() {
     watcher.on(Event::Map(landing(&old, 4, 7)), MonotonicNs(1));
     watcher.on(Event::Refused(Refusal::malformed("pose.x", "0 to 99", -1)), MonotonicNs(1));
     let new = Brief { run: RunId(2), ..old };
-    watcher.on(Event::Brief(new), MonotonicNs(2));
+    watcher.on(Event::Brief(new.clone()), MonotonicNs(2));
     assert_eq!(watcher.seen(), (RunId(0), Decision(0), Status::Underway));
     watcher.on(Event::State(opening(&new)), MonotonicNs(3));
     let mut fresh = Watcher::new(RobotId(0));
-    fresh.on(Event::Brief(new), MonotonicNs(2));
+    fresh.on(Event::Brief(new.clone()), MonotonicNs(2));
     fresh.on(Event::State(opening(&new)), MonotonicNs(3));
     assert_eq!(watcher.progress(MonotonicNs(4)), fresh.progress(MonotonicNs(4)));
     assert_eq!(watcher.seen(), (new.run, Decision(0), Status::Underway));
@@ -276,7 +276,7 @@ fn the_end_waits_for_the_past_while_hopper_sim_lives() {
     let brief = brief(SIDE);
     let records = records(&brief, &steps(), 30);
     let mut watcher = Watcher::new(RobotId(0));
-    watcher.on(Event::Brief(brief), MonotonicNs(0));
+    watcher.on(Event::Brief(brief.clone()), MonotonicNs(0));
     let end = state(records.last().unwrap(), brief.run);
     assert_eq!(finished(&watcher.on(Event::State(end), MonotonicNs(0))), None);
     assert_eq!(watcher.seen().2, Status::Underway, "hopper-sim shall linger");
@@ -407,7 +407,7 @@ fn a_watcher_says_for_what_it_waits() {
     let brief = brief(SIDE);
     let mut watcher = Watcher::new(RobotId(0));
     assert_eq!(watcher.waits_for(), Some("hopper-sim: no brief yet"));
-    watcher.on(Event::Brief(brief), MonotonicNs(0));
+    watcher.on(Event::Brief(brief.clone()), MonotonicNs(0));
     assert_eq!(watcher.waits_for(), Some("hopper-sim: no state yet"));
     watcher.on(Event::State(opening(&brief)), MonotonicNs(0));
     assert_eq!(watcher.waits_for(), None);

@@ -256,7 +256,8 @@ impl Cartographer {
 
     fn brief(&mut self, brief: Brief) {
         // Another brief of the same run is somebody's error; the map of the one is none of the other.
-        if self.mission.hear_brief(brief) != Some(brief) {
+        let before = self.mission.hear_brief(brief.clone());
+        if before.as_ref() != Some(&brief) {
             if self.terrain.as_ref().is_none_or(|(run, _)| *run != brief.run) {
                 self.truth.begin(brief.run);
             }

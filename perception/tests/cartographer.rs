@@ -101,7 +101,7 @@ impl World {
 
     fn ready(&self) -> Cartographer {
         let mut cartographer = Cartographer::new(RobotId(0));
-        assert_eq!(cartographer.on(Event::Brief(self.brief), NOW), []);
+        assert_eq!(cartographer.on(Event::Brief(self.brief.clone()), NOW), []);
         assert_eq!(cartographer.on(Event::Terrain(RUN, self.terrain.clone()), NOW), []);
         cartographer
     }
@@ -139,8 +139,11 @@ fn the_first_map_holds_the_sensing_disc_and_nothing_else() {
 #[test]
 fn the_messages_of_a_run_may_come_in_any_order() {
     let world = World::new(contract::Profile::Paper2023);
-    let events =
-        [Event::Brief(world.brief), Event::Terrain(RUN, world.terrain.clone()), Event::State(world.state(0))];
+    let events = [
+        Event::Brief(world.brief.clone()),
+        Event::Terrain(RUN, world.terrain.clone()),
+        Event::State(world.state(0)),
+    ];
     for order in [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]] {
         let mut cartographer = Cartographer::new(RobotId(0));
         let mut effects = Vec::new();
@@ -202,7 +205,7 @@ fn the_ground_is_asked_for_page_by_page_unless_it_is_known() {
     };
     let request = |from| Effect::RequestTruth(TruthRequest { run: RUN, from });
     let mut cartographer = Cartographer::new(RobotId(0));
-    cartographer.on(Event::Brief(world.brief), NOW);
+    cartographer.on(Event::Brief(world.brief.clone()), NOW);
     assert_eq!(cartographer.on(Event::Tick, NOW), [request(0)]);
     assert!(matches!(cartographer.on(page(0, 0), NOW)[..], [Effect::Refused(_)]), "a page without a cell");
     assert_eq!(cartographer.on(page(0, 100), NOW), [request(100)]);
@@ -220,9 +223,11 @@ fn the_ground_is_asked_for_page_by_page_unless_it_is_known() {
 fn a_landing_is_cut_into_patches_of_as_many_cells_as_asked_for() {
     let world = World::new(contract::Profile::Paper2023);
     let mut cartographer = Cartographer::new(RobotId(0)).with_patches_of(3);
-    for event in
-        [Event::Brief(world.brief), Event::Terrain(RUN, world.terrain.clone()), Event::State(world.state(0))]
-    {
+    for event in [
+        Event::Brief(world.brief.clone()),
+        Event::Terrain(RUN, world.terrain.clone()),
+        Event::State(world.state(0)),
+    ] {
         cartographer.on(event, NOW);
     }
     let patches = cartographer.patches(NOW, &mut || NOW);
@@ -312,7 +317,7 @@ fn a_new_run_drops_all_that_was_known() {
     for decision in 0..5 {
         cartographer.on(Event::State(world.state(decision)), NOW);
     }
-    cartographer.on(Event::Brief(Brief { run: RunId(8), ..world.brief }), NOW);
+    cartographer.on(Event::Brief(Brief { run: RunId(8), ..world.brief.clone() }), NOW);
     assert_eq!(cartographer.map().unwrap().seen_cells(), 0);
     cartographer.on(Event::Terrain(RunId(8), world.terrain.clone()), NOW);
     let first = State { run: RunId(8), ..world.state(0) };
@@ -353,7 +358,7 @@ fn another_brief_of_the_same_run_begins_the_map_anew() {
     let terrain = Terrain { grid: wider, cells, ..Terrain::clone(&world.terrain) };
     cartographer.on(Event::Terrain(RUN, terrain.into()), NOW);
     for grid in [world.brief.grid, wider] {
-        cartographer.on(Event::Brief(contract::Brief { grid, ..world.brief }), NOW);
+        cartographer.on(Event::Brief(contract::Brief { grid, ..world.brief.clone() }), NOW);
         cartographer.on(Event::State(world.state(0)), NOW);
     }
     assert_eq!(cartographer.map().unwrap().grid, wider);
@@ -370,7 +375,7 @@ fn a_treasure_is_on_the_map_from_sight_to_landing() {
         let mut cartographer = Cartographer::new(RobotId(0));
         for event in [
             Event::Terrain(RUN, world.terrain.clone()),
-            Event::Brief(world.brief),
+            Event::Brief(world.brief.clone()),
             Event::State(world.state(through)),
             Event::Past(world.page(0, through)),
         ] {

@@ -60,7 +60,7 @@ fn landings(side: u32) -> Vec<[u64; 2]> {
     let mut brief = Brief { run: RUN, grid, ..brief };
     (brief.robots[0].sensor, brief.robots[0].start.cell) = (Sensor::Disc(sensor), Cell::new(20, 20));
     let mut cartographer = Cartographer::new(ROBOT);
-    cartographer.on(Event::Brief(brief), NOW);
+    cartographer.on(Event::Brief(brief.clone()), NOW);
     cartographer.on(Event::Terrain(RUN, terrain.clone().into()), NOW);
     let mut replica = Replica::new(ROBOT);
     replica.begin(&brief);

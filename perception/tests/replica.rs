@@ -80,7 +80,7 @@ impl Source {
         self.digests.borrow_mut().clear();
         self.cartographer = Cartographer::new(ROBOT);
         self.cartographer.on(Event::Terrain(RUN, self.terrain.clone()), at(0));
-        self.cartographer.on(Event::Brief(self.brief), at(0));
+        self.cartographer.on(Event::Brief(self.brief.clone()), at(0));
     }
 
     fn state(&self, decision: u64) -> State {
@@ -689,7 +689,7 @@ fn the_brief_told_again_changes_nothing_and_another_one_begins_an_empty_map() {
     replica.begin(&source.brief);
     assert_whole(&replica, &source);
     let others = [
-        Brief { run: RunId(8), ..source.brief },
+        Brief { run: RunId(8), ..source.brief.clone() },
         Brief { grid: Grid::new(11, 12, 1.0, 1).unwrap(), ..source.brief },
     ];
     for other in others {

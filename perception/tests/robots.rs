@@ -30,7 +30,8 @@ impl Mission {
     fn rovers() -> Self {
         let world = scenario::load("coverage").unwrap().resolve().unwrap();
         let brief = Brief { run: RUN, ..world.brief };
-        let mut mission = Self { brief, terrain: world.terrain, records: Vec::new(), routes: Vec::new() };
+        let mut mission =
+            Self { brief: brief.clone(), terrain: world.terrain, records: Vec::new(), routes: Vec::new() };
         let mut cells: Vec<Cell> = brief.robots.iter().map(|robot| robot.start.cell).collect();
         let (north, east, south) = (Direction::North, Direction::East, Direction::South);
         for (robot, direction) in [
@@ -225,7 +226,7 @@ impl Mission {
 
     fn ready(&self) -> Cartographer {
         let mut cartographer = Cartographer::new(RobotId(0));
-        for event in [Event::Brief(self.brief), Event::Terrain(RUN, self.terrain.clone())] {
+        for event in [Event::Brief(self.brief.clone()), Event::Terrain(RUN, self.terrain.clone())] {
             assert_eq!(cartographer.on(event, NOW), []);
         }
         cartographer

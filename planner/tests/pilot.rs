@@ -276,7 +276,7 @@ fn where_robots_have_routes_nobody_plans_before_the_prior_and_all_routes_are_kno
     };
     let mut pilot = uninformed(false);
     let prior = PriorRequest { run: RUN, from: 0 };
-    assert_eq!(pilot.on(Event::Brief(brief), at(0)), [Effect::RequestPrior(prior)]);
+    assert_eq!(pilot.on(Event::Brief(brief.clone()), at(0)), [Effect::RequestPrior(prior)]);
     pilot.on(Event::State(state(3, 0, Incarnation(0))), at(0));
     pilot.on(Event::Patch(map(3)), at(0));
     let asked = Effect::RequestRoute(RouteRequest { run: RUN, id: route.id() });
@@ -547,13 +547,13 @@ fn a_new_run_is_started_from_nothing_and_the_end_is_reported_once() {
     assert_eq!(pilot.on(Event::State(end), at(0)), [Effect::Leads(Term(1)), Effect::Finished(Status::Goal)]);
     assert_eq!(pilot.on(Event::State(end), at(0)), []);
     let next = Brief { run: RunId(8), ..brief() };
-    pilot.on(Event::Brief(next), at(0));
+    pilot.on(Event::Brief(next.clone()), at(0));
     assert!(pilot.waits_for().is_some());
     let fresh = State { run: RunId(8), ..state(0, 0, Incarnation(0)) };
     pilot.on(Event::State(fresh), at(0));
     let map = MapPatch { run: RunId(8), ..map(0) };
     assert_eq!(pilot.on(Event::Patch(map), at(0)), [Effect::Plan]);
-    pilot.on(Event::Brief(next), at(0));
+    pilot.on(Event::Brief(next.clone()), at(0));
     let end = State { run: RunId(8), ..end };
     assert_eq!(pilot.on(Event::State(end), at(0)), [Effect::Leads(Term(1)), Effect::Finished(Status::Goal)]);
     pilot.on(Event::Brief(next), at(0));

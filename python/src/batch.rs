@@ -65,7 +65,7 @@ impl Batch {
                     MISSIONS_MAX.min(most)
                 )));
             }
-            let (brief, terrain) = (world.brief, Arc::clone(&world.terrain));
+            let (brief, terrain) = (world.brief.clone(), Arc::clone(&world.terrain));
             let mission = Mission { brief, terrain, seed: 0, faults: Vec::new() };
             let ground = Arc::new(Ground::new(mission));
             let trials = Mutex::new(vec![Trial::new(&ground); count]);

@@ -105,7 +105,7 @@ pub fn run<'py>(
 ) -> PyResult<Answer<'py>> {
     guarded(|| {
         let world = &resolved.get().0;
-        let brief = Brief { run: RUN, ..world.brief };
+        let brief = Brief { run: RUN, ..world.brief.clone() };
         let raised = Raised::default();
         let (mut own, mut given) = (None, None);
         if let Some(planner) = &planner {
@@ -124,7 +124,12 @@ pub fn run<'py>(
             Some(own) => schedule_of(own.name, &brief, &assigned)?,
             None => PlannerSchedule::of_robots(&assigned),
         };
-        let mission = Mission { brief, terrain: world.terrain.clone(), seed, faults: world.faults.clone() };
+        let mission = Mission {
+            brief: brief.clone(),
+            terrain: world.terrain.clone(),
+            seed,
+            faults: world.faults.clone(),
+        };
         let lookout = Lookout::new(raised.clone());
         let (flown, records) = py.detach(|| {
             let mut make = |asked: Name, mission: &Mission| -> Result<Box<dyn Planner>, PlannerError> {
@@ -172,7 +177,7 @@ pub fn told<'py>(
     let (rows, route) = (columns::records(py, &records)?, columns::route(py, brief, &records)?);
     let cells = columns::map(py, &flown.map)?;
     let shape = (brief.grid.height, brief.grid.width);
-    let drawing = Drawing::new(*brief, world.clone(), flown, records);
+    let drawing = Drawing::new(brief.clone(), world.clone(), flown, records);
     Ok((json, shape, rows, route, cells, drawing))
 }
 

@@ -86,12 +86,16 @@ impl Session {
     fn new(resolved: &Bound<'_, Resolved>, seed: u64) -> PyResult<Self> {
         guarded(|| {
             let world = resolved.get().0.clone();
-            let brief = Brief { run: RUN, ..world.brief };
+            let brief = Brief { run: RUN, ..world.brief.clone() };
             if Task::of(&brief) != Task::Cover {
                 return Err(no_environment(brief.scenario, Need::Rovers));
             }
-            let mission =
-                Mission { brief, terrain: world.terrain.clone(), seed, faults: world.faults.clone() };
+            let mission = Mission {
+                brief: brief.clone(),
+                terrain: world.terrain.clone(),
+                seed,
+                faults: world.faults.clone(),
+            };
             let (questions, inbox) = channel();
             let (outbox, answers) = channel();
             let name: Name = "session".parse().map_err(crate::error)?;

@@ -20,7 +20,7 @@ pub struct Brief {
 impl Brief {
     /// The brief for the robot that decides.
     pub fn of(situation: &Situation<'_>) -> Self {
-        Self { brief: *situation.brief, leg: situation.leg.copied() }
+        Self { brief: situation.brief.clone(), leg: situation.leg.copied() }
     }
 
     /// Start and goal of the leg; where another robot decides, the start of the first robot and the goal of the last one that

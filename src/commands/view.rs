@@ -102,7 +102,8 @@ pub fn history_of_journal(dir: &Path) -> Result<History, Failure> {
 
 /// Passes on the prior of uncertain ground, as hopper-sim would serve it. `hopper view` has the scenario, and no hopper-sim.
 pub fn gather_prior(history: &mut History, brief: &Brief, world: &ResolvedScenario, now: MonotonicNs) {
-    let mission = Mission { brief: *brief, terrain: world.terrain.clone(), seed: 0, faults: Vec::new() };
+    let mission =
+        Mission { brief: brief.clone(), terrain: world.terrain.clone(), seed: 0, faults: Vec::new() };
     if let Some(request) = history.wanted(now).prior
         && let Some(page) = mission.prior_page(&request, brief.grid.cells())
     {
@@ -133,7 +134,7 @@ impl<'a> Replay<'a> {
             sensed,
         };
         replay.history.on(Input::Brief(brief), now);
-        replay.watcher.on(monitor::Event::Brief(*brief), now);
+        replay.watcher.on(monitor::Event::Brief(brief.clone()), now);
         if let Some(team) = replay.team() {
             replay.history.on(Input::Team(&team), now);
         }

@@ -34,7 +34,7 @@ impl Flown {
         let journal = JournalReader::open(dir)?;
         journal.require_sound()?;
         let (world, header) = (journal.world()?, journal.header());
-        let brief = Brief { run: header.run(), ..world.brief };
+        let brief = Brief { run: header.run(), ..world.brief.clone() };
         let mut read = journal.records();
         let records: Vec<Record> = read.by_ref().take(RECORDS_MAX + 1).collect::<Result<_, _>>()?;
         if records.len() > RECORDS_MAX {

@@ -217,7 +217,7 @@ impl OutputDir {
         if history.header().run() != self.run {
             return Ok(None);
         }
-        let (brief, seed) = (history.header().brief, history.header().seed);
+        let (brief, seed) = (history.header().brief.clone(), history.header().seed);
         let mut summary = SummaryBuilder::new(&brief, seed);
         let mut robots = Robots::of_journal(&history)?;
         let mut last = None;
@@ -267,7 +267,7 @@ impl OutputDir {
                 format!("{} needs run {need}, got {got}: it was replaced", self.journal_dir().display());
             return Err(Failure::new(Exit::Failed, message));
         }
-        let brief = contract::Brief { run: need, ..world.brief };
+        let brief = contract::Brief { run: need, ..world.brief.clone() };
         let path = self.dir.join("timing.csv");
         let unwritten = |error: std::io::Error| {
             Failure::new(Exit::Failed, format!("{} cannot be written: {error}", path.display()))

@@ -31,8 +31,9 @@ pub fn in_lockstep(
         ));
     }
     output_dir.describe(world, seed)?;
-    let brief = Brief { run: journal.header().run(), ..world.brief };
-    let mission = Mission { brief, terrain: world.terrain.clone(), seed, faults: world.faults.clone() };
+    let brief = Brief { run: journal.header().run(), ..world.brief.clone() };
+    let mission =
+        Mission { brief: brief.clone(), terrain: world.terrain.clone(), seed, faults: world.faults.clone() };
     let mut summary = SummaryBuilder::new(&brief, seed);
     let mut failed = None;
     // What announces a route is written once the routes are known: with the mission's end.

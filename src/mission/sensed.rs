@@ -26,15 +26,19 @@ impl Sensed {
     #[must_use]
     pub fn new(world: &ResolvedScenario, brief: &Brief, seed: u64) -> Self {
         let now = MonotonicNs(0);
-        let mission =
-            Mission { brief: *brief, terrain: world.terrain.clone(), seed, faults: world.faults.clone() };
+        let mission = Mission {
+            brief: brief.clone(),
+            terrain: world.terrain.clone(),
+            seed,
+            faults: world.faults.clone(),
+        };
         let arbiter = Arbiter::new(mission, None, Pace::Max, 0, now);
         let start = *arbiter.state();
         let team = arbiter.team().cloned();
         let mut cartographer = Cartographer::new(ROBOT);
         cartographer.on(Event::Terrain(brief.run, world.terrain.clone()), now);
-        cartographer.on(Event::Brief(*brief), now);
-        let mut sensed = Self { brief: *brief, cartographer, state: start, team };
+        cartographer.on(Event::Brief(brief.clone()), now);
+        let mut sensed = Self { brief: brief.clone(), cartographer, state: start, team };
         sensed.pass(start, None, &[]);
         assert!(sensed.cartographer.map().is_some_and(|map| map.through.is_some()), "brief and world differ");
         sensed

@@ -54,8 +54,8 @@ impl Replica {
 
     /// Begins with an empty map of the brief's run; the same run again changes nothing.
     pub fn begin(&mut self, brief: &Brief) {
-        let Brief { run, grid, robots, .. } = *brief;
-        self.robots = robots.count();
+        let (run, grid) = (brief.run, brief.grid);
+        self.robots = brief.robots.count();
         if self.map.as_ref().is_some_and(|map| map.run == run && map.grid == grid) {
             return;
         }

@@ -15,7 +15,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let schedule = PlannerSchedule::single(planner.parse()?);
         let mut reached = 0;
         for seed in 1..=MISSIONS {
-            let (brief, terrain, faults) = (world.brief, world.terrain.clone(), world.faults.clone());
+            let (brief, terrain, faults) = (world.brief.clone(), world.terrain.clone(), world.faults.clone());
             let mission = Mission { brief, terrain, seed, faults };
             let flown = fly(mission, &schedule, &mut MonotonicNs::default, &mut |_| ())?;
             reached += u64::from(flown.state.status == Status::Goal);

@@ -19,7 +19,7 @@ fn resolved(text: &str) -> ResolvedScenario {
 }
 
 fn mission(world: &ResolvedScenario, seed: u64) -> Mission {
-    let brief = Brief { run: RunId(1), ..world.brief };
+    let brief = Brief { run: RunId(1), ..world.brief.clone() };
     Mission { brief, terrain: world.terrain.clone(), seed, faults: world.faults.clone() }
 }
 

@@ -46,7 +46,7 @@ fn resolved(text: &str) -> ResolvedScenario {
 }
 
 fn fly(world: &ResolvedScenario, planner: Stubborn) -> Result<u64, PlannerError> {
-    let brief = Brief { run: RunId(1), ..world.brief };
+    let brief = Brief { run: RunId(1), ..world.brief.clone() };
     let mission = Mission { brief, terrain: world.terrain.clone(), seed: 1, faults: world.faults.clone() };
     let schedule = PlannerSchedule::single("stubborn".parse().unwrap());
     let make = &mut |_: Name, _: &Mission| Ok(Box::new(planner) as Box<dyn Planner>);

@@ -47,7 +47,7 @@ impl Playback {
         match message {
             RecordedMessage::Brief(brief) => {
                 if self.brief.as_ref().is_none_or(|known| known.run != brief.run) {
-                    *self = Self { brief: Some(*brief), ..Self::default() };
+                    *self = Self { brief: Some(brief.clone()), ..Self::default() };
                     self.map.begin(brief);
                 }
             }

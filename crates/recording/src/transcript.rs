@@ -304,7 +304,7 @@ impl Transcript {
             return;
         }
         self.gaps.begin();
-        (self.brief, self.state) = (Some(brief), None);
+        (self.brief, self.state) = (Some(brief.clone()), None);
         self.views.begin(&brief);
         self.routes = AnnouncedRoutes::default();
         self.prior.begin(&brief);

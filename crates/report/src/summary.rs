@@ -132,7 +132,7 @@ impl SummaryBuilder {
     #[must_use]
     pub fn new(brief: &Brief, seed: u64) -> Self {
         let actions = vec![0; brief.robots.len()];
-        Self { brief: *brief, seed, tally: Tally::new(brief), actions }
+        Self { brief: brief.clone(), seed, tally: Tally::new(brief), actions }
     }
 
     /// Adds the next record.

@@ -41,7 +41,7 @@ impl ScenarioCheck {
         let hopper = (world.brief.account == Account::Hopper).then(|| world.brief.leg(0));
         Self {
             hash: world.hash.iter().map(|byte| format!("{byte:02x}")).collect(),
-            brief: world.brief,
+            brief: world.brief.clone(),
             faults: world.faults.clone(),
             sand_share: share(cells.iter().filter(|ground| ground.soil == Soil::Sand).count()),
             impassable_share: share(cells.iter().filter(|ground| !ground.passable).count()),

@@ -24,7 +24,7 @@ impl Given {
         let scouting = situation.scouting.map(|scouting| (scouting.prior.clone(), scouting.routes.clone()));
         let Situation { brief, leg, map, state, team, .. } = *situation;
         let (leg, team) = (leg.copied(), team.cloned());
-        Self { brief: *brief, leg, map: map.clone(), state: *state, team, scouting }
+        Self { brief: brief.clone(), leg, map: map.clone(), state: *state, team, scouting }
     }
 
     pub fn situation(&self) -> Situation<'_> {

@@ -357,7 +357,7 @@ fn brief_of(chance: &mut Chance, account: Account, grid: Grid) -> Brief {
         profile: Profile::Hopper,
         account,
         grid,
-        ..*BRIEF
+        ..BRIEF.clone()
     }
 }
 

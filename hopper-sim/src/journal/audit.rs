@@ -79,12 +79,16 @@ impl Audit {
     /// If the ground is another mission's.
     pub fn new(header: &JournalHeader, terrain: Option<Arc<Terrain>>) -> Self {
         let JournalHeader { brief, seed, faults, .. } = header;
-        let mission =
-            terrain.map(|terrain| Mission { brief: *brief, terrain, seed: *seed, faults: faults.clone() });
+        let mission = terrain.map(|terrain| Mission {
+            brief: brief.clone(),
+            terrain,
+            seed: *seed,
+            faults: faults.clone(),
+        });
         let begin = |mission| Arbiter::new(mission, None, Pace::Max, 0, MonotonicNs(0)).without_deadlines();
         let arbiter = mission.map(|mission| Box::new(begin(mission)));
         Self {
-            brief: *brief,
+            brief: brief.clone(),
             records: 0,
             digest: genesis(brief, *seed),
             status: arbiter.as_ref().map_or_else(|| opening_status(brief), |arbiter| arbiter.state().status),

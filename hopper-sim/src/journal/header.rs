@@ -56,7 +56,12 @@ impl JournalHeader {
     /// [`JournalHeader::with_run`] gives it one.
     #[must_use]
     pub fn new(world: &ResolvedScenario, seed: u64) -> Self {
-        Self { brief: world.brief, seed, resolved: world.resolved.clone(), faults: world.faults.clone() }
+        Self {
+            brief: world.brief.clone(),
+            seed,
+            resolved: world.resolved.clone(),
+            faults: world.faults.clone(),
+        }
     }
 
     /// The header of the same mission as another run.
@@ -85,7 +90,7 @@ impl JournalHeader {
         self.check_text(got)?;
         // The same scenario, read differently by another version of the program.
         let limits = Limits { decision_budget_ns: need_brief.limits.decision_budget_ns, ..got_brief.limits };
-        agree("brief", need_brief, &Brief { run: need_brief.run, limits, ..*got_brief })?;
+        agree("brief", need_brief, &Brief { run: need_brief.run, limits, ..got_brief.clone() })?;
         agree("faults", &self.faults, &got.faults)?;
         Ok(())
     }

@@ -41,7 +41,7 @@ impl JournalHeader {
             return Err(other_contents());
         }
         let Brief { run, scenario_hash, .. } = self.brief;
-        agree("brief", &Brief { run, scenario_hash, ..need.brief }, &self.brief)?;
+        agree("brief", &Brief { run, scenario_hash, ..need.brief.clone() }, &self.brief)?;
         agree("faults", &need.faults, &self.faults)?;
         match has_other_hash {
             false => Ok(world),

@@ -55,7 +55,7 @@ impl RobotTeam {
         let drives = brief.robots.iter().any(|robot| robot.body.drives());
         let ground = drives.then(|| UncertainGround::new(&roster, brief, terrain));
         let coverage = covers.then(|| Coverage::new(&mut roster, brief, terrain));
-        let mut team = Self { brief: *brief, roster, travels, ground, coverage };
+        let mut team = Self { brief: brief.clone(), roster, travels, ground, coverage };
         for robot in (0..team.count()).map(RobotId) {
             team.look_around(terrain, robot);
             team.end_if_over(terrain, robot, brief.reading.opening_steps);

@@ -20,7 +20,7 @@ fn at(mission: &Mission, cell: Cell) -> State {
 
 /// What `action` of the hopper comes to that stands where `state` has it.
 fn execute(mission: &Mission, state: &State, action: Action) -> Execution {
-    let mut brief = mission.brief;
+    let mut brief = mission.brief.clone();
     brief.robots[0].start.cell = state.pose.cell;
     let mut team = RobotTeam::new(&brief, &mission.terrain, &[]);
     team.execute(mission, state, Leader::default(), action).1

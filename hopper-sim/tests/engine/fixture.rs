@@ -111,7 +111,7 @@ pub fn header(mission: &Mission) -> JournalHeader {
     let resolved = "[truth.terrain.elevation_file]\nfile = \"/nowhere/ramp.tif\"\n\
                     [brief]\nname = \"bench\"\nprofile = \"hopper\"\nstart = [1, 2]\ngoal = [7, 6]\n"
         .into();
-    JournalHeader { brief: mission.brief, seed: mission.seed, resolved, faults: Vec::new() }
+    JournalHeader { brief: mission.brief.clone(), seed: mission.seed, resolved, faults: Vec::new() }
 }
 
 /// A frame of a journal.

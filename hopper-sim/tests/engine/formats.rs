@@ -176,7 +176,7 @@ fn a_journal_is_resumed_with_another_budget_and_not_as_another_run() {
     drop(Journal::create(dir.path(), &written, false).unwrap());
     assert!(Journal::exists(dir.path()));
     let limits = Limits { decision_budget_ns: 1, ..written.brief.limits };
-    let hurried = JournalHeader { brief: Brief { limits, ..written.brief }, ..written.clone() };
+    let hurried = JournalHeader { brief: Brief { limits, ..written.brief.clone() }, ..written.clone() };
     drop(Journal::resume_run(dir.path(), &hurried, &world("hard").terrain, false).unwrap());
     let stranger = written.with_run(RunId(6));
     let error = Journal::resume_run(dir.path(), &stranger, &world("hard").terrain, false).unwrap_err();

@@ -37,7 +37,7 @@ struct Host {
 
 impl Host {
     fn new(world: &ResolvedScenario, seed: u64) -> Self {
-        let brief = Brief { run: RunId(1), ..world.brief };
+        let brief = Brief { run: RunId(1), ..world.brief.clone() };
         let mission = Mission { brief, terrain: world.terrain.clone(), seed, faults: world.faults.clone() };
         let arbiter = Arbiter::new(mission, None, Pace::Max, 0, MonotonicNs(1)).without_deadlines();
         let mut host = Self { arbiter, records: Vec::new(), refused: Vec::new() };

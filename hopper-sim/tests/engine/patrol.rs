@@ -20,7 +20,7 @@ fn goals_are_visited_in_turn_and_the_hops_end_the_patrol() {
     let mut host = Host::new(patrol(11), Vec::new(), Pace::Max);
     let mut visited = Vec::new();
     while !host.state().status.is_over() {
-        let (state, brief) = (host.state(), host.arbiter.mission().brief);
+        let (state, brief) = (host.state(), host.arbiter.mission().brief.clone());
         let leg = brief.leg(state.visits);
         assert_ne!(leg.start, leg.goal);
         let action = if leg.goal.x > state.pose.cell.x { EAST } else { WEST };

@@ -28,7 +28,7 @@ fn world_in(sampling: &str, more: &str) -> ResolvedScenario {
 }
 
 fn mission(world: &ResolvedScenario) -> Mission {
-    let brief = contract::Brief { run: RunId(1), ..world.brief };
+    let brief = contract::Brief { run: RunId(1), ..world.brief.clone() };
     Mission { brief, terrain: world.terrain.clone(), seed: 1, faults: world.faults.clone() }
 }
 

@@ -35,7 +35,7 @@ struct Flown {
 impl Flown {
     /// Flown without sense: what nobody refuses, in turns. Every third decision is tried with what the guard may veto first.
     fn of(what: &'static str, world: ResolvedScenario) -> Self {
-        let brief = Brief { run: RunId(5), ..world.brief };
+        let brief = Brief { run: RunId(5), ..world.brief.clone() };
         let mission =
             Mission { brief, terrain: world.terrain.clone(), seed: SEED, faults: world.faults.clone() };
         let dir = tempfile::tempdir().unwrap();
@@ -663,7 +663,11 @@ fn change_each_byte(flown: &Flown) {
             let reader = JournalReader::open(flown.path()).unwrap();
             let world = reader.world().unwrap();
             let need = JournalHeader::new(&world, reader.header().seed).with_run(header.run());
-            assert_eq!((need.brief, need.faults), (header.brief, header.faults.clone()), "{what}, byte {at}");
+            assert_eq!(
+                (need.brief, need.faults),
+                (header.brief.clone(), header.faults.clone()),
+                "{what}, byte {at}"
+            );
             assert_eq!(world.terrain, flown.world.terrain, "{what}, byte {at}");
         }
     }

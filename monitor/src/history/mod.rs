@@ -376,7 +376,7 @@ impl RunHistory {
         let mut speeds = Speeds::default();
         speeds.begin(brief);
         Self {
-            brief: *brief,
+            brief: brief.clone(),
             state: None,
             hops: Hops::default(),
             past: PastFollower::default(),

@@ -61,7 +61,7 @@ impl SeenCells {
             Seen { height_m: 0.0, sand: false, passable: true, speed: None, reading: None, at: UNSEEN };
         let layers = of_ground(brief);
         Self {
-            brief: *brief,
+            brief: brief.clone(),
             grid: brief.grid,
             cells: vec![unseen; brief.grid.cells()],
             values: vec![0.0; layers.len() * brief.grid.cells()],

@@ -44,7 +44,7 @@ fn account() -> History {
     let mut account = History::new(ROBOT);
     let mut watcher = Watcher::new(ROBOT);
     account.on(Input::Brief(&brief), NOW);
-    watcher.on(Event::Brief(brief), NOW);
+    watcher.on(Event::Brief(brief.clone()), NOW);
     let lives = [
         (Role::HopperSim, 1, Name::NONE),
         (Role::Perception, 2, Name::NONE),
@@ -202,7 +202,7 @@ fn scouting() -> History {
     let mut history = History::new(ROBOT);
     let mut watcher = Watcher::new(ROBOT);
     history.on(Input::Brief(&brief), NOW);
-    watcher.on(Event::Brief(brief), NOW);
+    watcher.on(Event::Brief(brief.clone()), NOW);
     let steps = [Action::Announce(route.id()), Action::Fly].map(|action| (action, Branch::Intended));
     let mut records = records(&brief, &steps, 6);
     for record in &mut records {
@@ -237,7 +237,7 @@ fn a_key_goes_through_the_layers_of_uncertain_ground() {
     let history = scouting();
     let mut settings = ViewSettings::default();
     insta::assert_snapshot!("expected_speed", picture(&history, &settings, 80, 24));
-    let brief = *history.brief().unwrap();
+    let brief = history.brief().unwrap().clone();
     let mut titles = Vec::new();
     let layers = Layer::of(&brief).len();
     for _ in 0..=layers {
@@ -268,7 +268,7 @@ fn a_key_goes_through_the_layers_of_uncertain_ground() {
 #[test]
 fn a_layer_that_the_mission_lacks_is_not_shown_and_a_single_layer_has_no_key() {
     let history = account();
-    let brief = *history.brief().unwrap();
+    let brief = history.brief().unwrap().clone();
     let mut settings = ViewSettings { layer: Some(Layer::Spread), ..ViewSettings::default() };
     assert_eq!(settings.layer(&brief), Layer::Heights);
     settings.next_layer(&brief);

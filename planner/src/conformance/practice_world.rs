@@ -109,7 +109,7 @@ impl PracticeWorld {
             sampling: None,
             robots: Robots::new(&[hopper]).expect("one robot is enough"),
         };
-        Self { brief, leg: brief.leg(0), cells }
+        Self { brief: brief.clone(), leg: brief.leg(0), cells }
     }
 
     /// A mission before its first decision.

@@ -58,7 +58,7 @@ impl Knowledge {
 
     /// Takes the brief; whether it is of another run than the one before.
     pub fn brief(&mut self, brief: Brief) -> bool {
-        let before = self.mission.hear_brief(brief);
+        let before = self.mission.hear_brief(brief.clone());
         self.prior.begin(&brief);
         if brief.sampling.is_some() {
             self.routes.begin(brief.run);

@@ -163,7 +163,7 @@ impl World {
             sampling: None,
             robots: Robots::new(&[Robot::hopper(&grid, MOTION, sensor, [start, goal])]).unwrap(),
         };
-        Self { brief, leg: brief.leg(0), cells }
+        Self { brief: brief.clone(), leg: brief.leg(0), cells }
     }
 
     /// The ground at a cell of the grid.

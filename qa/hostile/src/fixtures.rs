@@ -118,7 +118,7 @@ pub fn world() -> &'static ResolvedScenario {
 /// The brief of [`mission`].
 #[must_use]
 pub fn brief() -> Brief {
-    Brief { run: RUN, ..world().brief }
+    Brief { run: RUN, ..world().brief.clone() }
 }
 
 /// A mission in [`world`].

@@ -152,12 +152,12 @@ impl<'a> Processes<'a> {
     }
 
     fn brief(&mut self) {
-        let brief = self.arbiter.mission().brief;
+        let brief = self.arbiter.mission().brief.clone();
         let header = self.script.damaged(BriefV10::from(&brief));
         let robots = brief.robots.iter().map(RobotV1::from).collect();
         if let Ok(brief) = brief_from_wire(&header, &self.one_damaged(robots)) {
-            self.cartographer(cartographer::Event::Brief(brief));
-            self.pilot(pilot::Event::Brief(brief));
+            self.cartographer(cartographer::Event::Brief(brief.clone()));
+            self.pilot(pilot::Event::Brief(brief.clone()));
             self.watcher(watcher::Event::Brief(brief));
         }
     }

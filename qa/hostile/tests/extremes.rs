@@ -77,8 +77,8 @@ impl Processes {
     }
 
     fn brief(&mut self, brief: Brief) {
-        self.cartographer.on(cartographer::Event::Brief(brief), NOW);
-        self.pilot.on(pilot::Event::Brief(brief), NOW);
+        self.cartographer.on(cartographer::Event::Brief(brief.clone()), NOW);
+        self.pilot.on(pilot::Event::Brief(brief.clone()), NOW);
         self.watcher.on(watcher::Event::Brief(brief), NOW);
     }
 
@@ -139,7 +139,7 @@ fn no_extreme_of_what_peers_read_ends_one_of_them() {
     for brief in briefs() {
         for run in [fixtures::RUN, brief.run] {
             let mut processes = Processes::aboard();
-            processes.brief(Brief { run, ..brief });
+            processes.brief(Brief { run, ..brief.clone() });
             processes.state(State { run, ..states[0] });
             processes.tick();
         }
@@ -215,7 +215,7 @@ fn every_planner_decides_under_every_brief_that_passes() {
             continue;
         }
         Arc::make_mut(&mut terrain).grid = brief.grid;
-        let mission = Mission { brief, terrain: terrain.clone(), seed: 1, faults: Vec::new() };
+        let mission = Mission { brief: brief.clone(), terrain: terrain.clone(), seed: 1, faults: Vec::new() };
         let state = *Arbiter::new(mission, None, Pace::Max, 0, NOW).state();
         let mut observation = Observation::unseen(&brief, ROBOT);
         observation.fold(&brief, &terrain, state.pose, Decision(0));

@@ -197,7 +197,7 @@ fn messages_in_another_order_are_read_in_the_order_of_their_log_times() {
         let times: Vec<MonotonicNs> = recording.entries().map(|entry| entry.logged).collect();
         assert!(times.is_sorted());
         let got = last_run(&recording).unwrap();
-        assert_eq!((got.brief, got.state, &got.records), (need.brief, need.state, &need.records));
+        assert_eq!((got.brief, got.state, &got.records), (need.brief.clone(), need.state, &need.records));
         assert_eq!(got.decisions, need.decisions);
         assert_eq!(posed(&packed), posed(&bytes));
         assert!(recording.entries().any(|entry| entry.known == Some(Channel::Brief)));

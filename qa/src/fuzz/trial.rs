@@ -127,7 +127,7 @@ fn journalled(mission: &Mission, flown: &Flown) -> Result<(), Broken> {
     let refused = |error: hopper_sim::JournalError| broken(promise, error.to_string());
     let Mission { brief, seed, faults, .. } = mission;
     let header =
-        JournalHeader { brief: *brief, seed: *seed, resolved: String::new(), faults: faults.clone() };
+        JournalHeader { brief: brief.clone(), seed: *seed, resolved: String::new(), faults: faults.clone() };
     let disk = Disk::default();
     let mut journal = Journal::create_on(disk.clone(), &header, false).map_err(refused)?;
     for record in &flown.records {

@@ -25,11 +25,12 @@ impl Flight {
     pub fn new(scenario: &str, planner: &'static str, weights: Option<[f64; 2]>) -> Result<Self, Failure> {
         let world =
             scenario::load(scenario).and_then(|scenario| scenario.resolve()).map_err(Failure::usage)?;
-        let mut brief = Brief { run: RunId(1), ..world.brief };
+        let mut brief = Brief { run: RunId(1), ..world.brief.clone() };
         if let Some([safety, information]) = weights {
             brief.weights = Weights { safety, information, ..brief.weights };
         }
-        let mission = Mission { brief, terrain: world.terrain.clone(), seed: SEED, faults: Vec::new() };
+        let mission =
+            Mission { brief: brief.clone(), terrain: world.terrain.clone(), seed: SEED, faults: Vec::new() };
         let schedule = PlannerSchedule::single(planner.parse().map_err(Failure::usage)?);
         let mut route = Vec::new();
         lockstep::fly(mission, &schedule, &mut || MonotonicNs(0), &mut |record| route.push(*record))

@@ -116,9 +116,13 @@ pub(super) fn schedule(world: &ResolvedScenario, planner: &str) -> Result<Planne
 /// # Errors
 /// If the planner of the trial is unknown.
 pub fn fly(plan: &Plan, world: &ResolvedScenario, trial: &Trial<'_>) -> Result<(Row, Times), Failure> {
-    let brief = Brief { run: RunId(1), ..world.brief };
-    let mission =
-        Mission { brief, terrain: world.terrain.clone(), seed: trial.seed, faults: world.faults.clone() };
+    let brief = Brief { run: RunId(1), ..world.brief.clone() };
+    let mission = Mission {
+        brief: brief.clone(),
+        terrain: world.terrain.clone(),
+        seed: trial.seed,
+        faults: world.faults.clone(),
+    };
     let schedule = schedule(world, &trial.cell.planner)?;
     let (mut hops, mut planning_ns) = (0, 0);
     let started = Node::now();

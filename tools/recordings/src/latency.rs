@@ -285,19 +285,19 @@ impl Gathered {
     /// Begins to gather the decisions of a run. A run that is announced once more, as to a
     /// newcomer, changes nothing.
     fn begin(&mut self, brief: Brief) {
-        if self.brief.is_none_or(|known| known.run != brief.run) {
+        if self.brief.as_ref().is_none_or(|known| known.run != brief.run) {
             *self = Self { brief: Some(brief), ..Self::default() };
         }
     }
 
     /// What to ask for at `now`.
     fn ask(&mut self, now: MonotonicNs) -> Option<PastRequest> {
-        self.past.ask(self.brief?.run, RobotId(0), now)
+        self.past.ask(self.brief.as_ref()?.run, RobotId(0), now)
     }
 
     /// Takes a page; the last one, which is not full, gives all there is.
     fn page(&mut self, page: &PastPage) -> Option<(Brief, Vec<DecisionTiming>)> {
-        let brief = self.brief.filter(|brief| brief.run == page.run)?;
+        let brief = self.brief.clone().filter(|brief| brief.run == page.run)?;
         let is_wanted = page.from == self.past.due();
         for record in &page.records {
             match self.past.link(record) {
@@ -344,11 +344,11 @@ mod tests {
         let brief = hostile::fixtures::brief();
         let mut gathered = Gathered::default();
         assert_eq!(gathered.ask(MonotonicNs(1)), None);
-        gathered.begin(brief);
+        gathered.begin(brief.clone());
         assert_eq!(gathered.ask(MonotonicNs(1)).unwrap().from, Decision(0));
         assert_eq!(gathered.ask(MonotonicNs(2)), None, "nobody asks twice at once");
         assert!(gathered.page(&page(brief.run, 0, PAST_PAGE_RECORDS)).is_none());
-        gathered.begin(brief);
+        gathered.begin(brief.clone());
         let next = PAST_PAGE_RECORDS as u64;
         assert_eq!(gathered.ask(MonotonicNs(3)).unwrap().from, Decision(next));
         assert!(gathered.page(&page(brief.run, 0, 1)).is_none(), "a page come twice is none");
@@ -356,7 +356,7 @@ mod tests {
 
         assert!(gathered.page(&page(brief.run, 0, PAST_PAGE_RECORDS)).is_none());
         let other = Brief { run: RunId(brief.run.0 + 1), ..brief };
-        gathered.begin(other);
+        gathered.begin(other.clone());
         assert_eq!(gathered.ask(MonotonicNs(4)).unwrap().from, Decision(0));
         assert!(gathered.page(&page(brief.run, 0, 1)).is_none());
         assert_eq!(gathered.page(&page(other.run, 0, 1)).unwrap().1.len(), 1);
@@ -382,9 +382,9 @@ mod tests {
             }
         };
         let brief = hostile::fixtures::brief();
-        let first = source(brief, Some("3"), "mdp");
-        assert_eq!(differences(&first, &source(brief, Some("3"), "mdp")).unwrap(), []);
-        let other = differences(&first, &source(brief, None, "greedy")).unwrap();
+        let first = source(brief.clone(), Some("3"), "mdp");
+        assert_eq!(differences(&first, &source(brief.clone(), Some("3"), "mdp")).unwrap(), []);
+        let other = differences(&first, &source(brief.clone(), None, "greedy")).unwrap();
         let told: Vec<_> = other.iter().map(|d| (d.what, d.first.as_str(), d.second.as_str())).collect();
         assert_eq!(told, [("seed", "3", "not known"), ("planner", "mdp", "greedy")]);
         let elsewhere = source(Brief { scenario_hash: [7; 32], ..brief }, Some("3"), "mdp");

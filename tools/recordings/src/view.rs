@@ -119,7 +119,7 @@ fn answer(
     routes: Vec<Route>,
     now: MonotonicNs,
 ) -> Result<(), Failure> {
-    let Some(brief) = history.brief().copied() else { return Ok(()) };
+    let Some(brief) = history.brief().cloned() else { return Ok(()) };
     for route in routes {
         history.on(Input::Route(&RoutePage { run: brief.run, route }), now);
     }
@@ -165,7 +165,7 @@ mod tests {
         let (run, robot, from) = (brief.run, RobotId(0), Decision(0));
         let past = PastPage { run, robot, from, records: announced.collect() };
         let mut recorder = Recorder::new(&Context::default(), MonotonicNs(1)).unwrap();
-        for message in [RecordedMessage::Brief(brief), RecordedMessage::Past(past)] {
+        for message in [RecordedMessage::Brief(brief.clone()), RecordedMessage::Past(past)] {
             recorder.on(message, MonotonicNs(1)).unwrap();
         }
         (recorder, brief, routes)

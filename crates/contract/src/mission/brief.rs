@@ -70,7 +70,7 @@ impl Guard {
 }
 
 /// What a mission asks for, resolved from its scenario. Two briefs of one run are equal.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Brief {
     /// The run it belongs to.
     pub run: RunId,

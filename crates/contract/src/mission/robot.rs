@@ -2,6 +2,7 @@
 
 use std::fmt;
 use std::ops::{Deref, DerefMut};
+use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
@@ -66,28 +67,22 @@ impl Robot {
     }
 }
 
-/// The robots of a mission in the order of their numbers, 1 to [`ROBOTS_MAX`].
-#[derive(Clone, Copy, Serialize, Deserialize)]
+/// The robots of a mission in the order of their numbers, 1 to [`ROBOTS_MAX`]; copies share them.
+#[derive(Clone, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "Vec<Robot>", into = "Vec<Robot>")]
-pub struct Robots {
-    list: [Robot; ROBOTS_MAX],
-    count: u16,
-}
+pub struct Robots(Arc<[Robot]>);
 
 impl Robots {
     /// These robots; `None` if there is none, or there are too many.
     #[must_use]
     pub fn new(robots: &[Robot]) -> Option<Self> {
-        let first = robots.first()?;
-        let mut list = [*first; ROBOTS_MAX];
-        list.get_mut(..robots.len())?.copy_from_slice(robots);
-        Some(Self { list, count: robots.len() as u16 })
+        (1..=ROBOTS_MAX).contains(&robots.len()).then(|| Self(robots.into()))
     }
 
     /// How many there are.
     #[must_use]
     pub fn count(&self) -> u16 {
-        self.count
+        self.0.len() as u16
     }
 
     /// The robot of that number, if the mission has it.
@@ -98,7 +93,7 @@ impl Robots {
 
     /// With their numbers.
     pub fn numbered(&self) -> impl DoubleEndedIterator<Item = (RobotId, &Robot)> + Clone {
-        (0..self.count).map(RobotId).zip(self.iter())
+        (0..self.count()).map(RobotId).zip(self.iter())
     }
 
     /// Those for which `is_one` holds.
@@ -109,23 +104,17 @@ impl Robots {
     }
 }
 
-impl PartialEq for Robots {
-    fn eq(&self, other: &Self) -> bool {
-        **self == **other
-    }
-}
-
 impl Deref for Robots {
     type Target = [Robot];
 
     fn deref(&self) -> &[Robot] {
-        &self.list[..usize::from(self.count)]
+        &self.0
     }
 }
 
 impl DerefMut for Robots {
     fn deref_mut(&mut self) -> &mut [Robot] {
-        &mut self.list[..usize::from(self.count)]
+        Arc::make_mut(&mut self.0)
     }
 }
 

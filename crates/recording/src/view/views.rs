@@ -80,7 +80,7 @@ impl Due {
 impl Views {
     /// Another run begins.
     pub fn begin(&mut self, brief: &Brief) {
-        *self = Self { brief: Some(*brief), ..Self::default() };
+        *self = Self { brief: Some(brief.clone()), ..Self::default() };
     }
 
     /// The past is read again from its beginning.
@@ -91,9 +91,9 @@ impl Views {
 
     /// All robots at one moment, published before the state of that moment.
     pub fn team(&mut self, team: &Team, map: Option<&ObservedMap>) {
-        let Some(brief) = self.brief else { return };
+        let Some(brief) = &self.brief else { return };
         for (number, member) in (0..).map(RobotId).zip(team.members.iter()) {
-            let cell = middle(&brief, member.at.cell, 0.0);
+            let cell = middle(brief, member.at.cell, 0.0);
             let at = member.travel.as_ref().map_or(cell, |travel| at(travel.at));
             let known = self.places.get(&number).map_or(0.0, |place| place.z);
             let z = map.and_then(|map| map.ground(member.at.cell)).map_or(known, |ground| ground.height_m);
@@ -131,8 +131,8 @@ impl Views {
 
     /// A state of another decision: where the robots and their goals are.
     pub fn state(&mut self, state: &State) -> Vec<ViewMessage> {
-        let Some(brief) = self.brief else { return Vec::new() };
-        let place = middle(&brief, state.pose.cell, state.pose.height_m);
+        let Some(brief) = &self.brief else { return Vec::new() };
+        let place = middle(brief, state.pose.cell, state.pose.height_m);
         let exact = self.team.as_ref().filter(|team| team.is_of(state)).and_then(|team| {
             let member = team.member(state.robot)?;
             member.travel.as_ref().map(|travel| at(travel.at))
@@ -142,13 +142,13 @@ impl Views {
         (self.here, self.visits) = (state.pose.cell, state.visits);
         vec![
             (Channel::ViewTransforms, self.transforms(state.published).encode_to_vec(), state.published),
-            (Channel::ViewRobots, self.robots(&brief, state.published), state.published),
+            (Channel::ViewRobots, self.robots(brief, state.published), state.published),
         ]
     }
 
     /// What is due to be drawn again at `now`, or all that has changed if the file ends.
     pub fn draw(&mut self, map: Option<&ObservedMap>, now: MonotonicNs, ends: bool) -> Vec<ViewMessage> {
-        let Some(brief) = self.brief else { return Vec::new() };
+        let Some(brief) = self.brief.clone() else { return Vec::new() };
         let mut messages = Vec::new();
         if let Some(map) = map {
             self.map.has_changed |= map.observation() != self.map.observation;

@@ -100,7 +100,7 @@ fn a_reading_is_in_the_brief_and_in_the_hash_only_where_it_differs() {
 fn a_patrol_has_goals_in_turn_and_a_count_of_hops() {
     let patrol = |goals: &str| hilly("goal = [8, 6]", goals).unwrap();
     let world = patrol("goals = [[8, 6], [2, 2], [4, 2]]\nhops_max = 77");
-    let (brief, flown) = (world.brief, world.brief.visits().unwrap());
+    let (brief, flown) = (&world.brief, world.brief.visits().unwrap());
     assert_eq!(flown.goals(), [Cell::new(8, 6), Cell::new(2, 2), Cell::new(4, 2)]);
     assert_eq!((brief.leg(0).goal, flown.hops_max), (Cell::new(8, 6), 77));
     assert!(brief.limits.steps_max > 1 << 31, "no limit of steps");

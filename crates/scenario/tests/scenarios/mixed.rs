@@ -35,7 +35,7 @@ fn hoppers_have_designs_of_their_own() {
     let own = "launch_angle_deg = 60.0\nsand = { intended = 0.6, stuck = 0.2, sideways = 0.1, flights = 1 }\nsensor = { offset_m = 3.0 }";
     let text = EXPEDITION.replacen(hopper, &format!("{hopper}\n{own}"), 1);
     let world = Scenario::parse(&text, "test").unwrap().resolve().unwrap();
-    let brief = world.brief;
+    let brief = &world.brief;
     let other = Scenario::parse(EXPEDITION, "test").unwrap().resolve().unwrap();
     // Without a design of its own it is the hopper of `[robot]`.
     let (common_motion, common_sensor) = other.brief.robots[2].as_hopper().unwrap();

@@ -37,7 +37,7 @@ impl View {
     fn of(situation: &Situation<'_>) -> Self {
         let routes = situation.scouting.map(|scouting| scouting.routes.iter().cloned().collect());
         let Situation { brief, leg, state, team, .. } = *situation;
-        Self { brief: *brief, leg: leg.copied(), state: *state, team: team.cloned(), routes }
+        Self { brief: brief.clone(), leg: leg.copied(), state: *state, team: team.cloned(), routes }
     }
 
     /// What of it the digest tells nothing of, if there is something.

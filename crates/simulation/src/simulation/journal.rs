@@ -20,8 +20,12 @@ impl Simulation<'_> {
     pub(super) fn open_journal(&mut self) -> Option<Journal<Disk>> {
         let world = &mut *self.world.borrow_mut();
         let Mission { brief, terrain, seed, faults } = world.checker.mission();
-        let header =
-            JournalHeader { brief: *brief, seed: *seed, resolved: String::new(), faults: faults.clone() };
+        let header = JournalHeader {
+            brief: brief.clone(),
+            seed: *seed,
+            resolved: String::new(),
+            faults: faults.clone(),
+        };
         let (disk, sync) = (world.disk.clone(), world.setup.sync);
         let file = disk.clone();
         let fresh = disk.is_empty();
@@ -101,8 +105,12 @@ impl Simulation<'_> {
             kept.extend(fly_elsewhere(world.checker.mission(), &kept, planner, hops));
         }
         let Mission { brief, seed, faults, .. } = world.checker.mission();
-        let header =
-            JournalHeader { brief: *brief, seed: *seed, resolved: String::new(), faults: faults.clone() };
+        let header = JournalHeader {
+            brief: brief.clone(),
+            seed: *seed,
+            resolved: String::new(),
+            faults: faults.clone(),
+        };
         let elsewhere = Disk::default();
         let written = Journal::create_on(elsewhere.clone(), &header, true)
             .and_then(|mut journal| kept.iter().try_for_each(|record| append(&mut journal, record, &routes)));

@@ -85,7 +85,7 @@ struct Mission {
 
 impl Mission {
     fn is(&self, run: RunId) -> bool {
-        self.brief.is_some_and(|brief| brief.run == run)
+        self.brief.as_ref().is_some_and(|brief| brief.run == run)
     }
 
     /// Takes a message on `topic`, in whichever run it is.
@@ -201,11 +201,11 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
 /// The text of the last mission's scenario, or why it is not known.
 fn scenario<'a>(recording: &'a Recording<'_>, summary: &Summary) -> Result<&'a str, String> {
     let texts = scenarios(recording);
-    match (&texts[..], summary.mission.brief) {
+    match (&texts[..], summary.mission.brief.as_ref()) {
         ([], _) => Err("keeps no scenario".into()),
         ([text], _) if summary.runs <= 1 => Ok(text),
         (texts, brief) => {
-            let of_it = brief.and_then(|brief| scenario_of(recording, &brief).ok().flatten());
+            let of_it = brief.and_then(|brief| scenario_of(recording, brief).ok().flatten());
             let unknown =
                 || format!("keeps {} scenarios, none of them known to be of its last mission", texts.len());
             of_it.map(|(text, _)| text).ok_or_else(unknown)
@@ -264,7 +264,8 @@ impl Info {
             ..topic
         };
         let Mission { brief, state, records, gaps, .. } = mission;
-        let of_run = recording.metadata_of(brief.map(|brief| brief.run), state.map(|state| state.digest));
+        let of_run =
+            recording.metadata_of(brief.as_ref().map(|brief| brief.run), state.map(|state| state.digest));
         let mut metadata = recording.metadata.clone();
         metadata.retain(|name, _| name != "scenario" && !name.starts_with("scenario#"));
         Self {
@@ -277,7 +278,7 @@ impl Info {
             undecodable: skipped.messages,
             chunks: recording.chunks(),
             duration_s,
-            scenario: brief.map(|brief| brief.scenario.to_string()),
+            scenario: brief.as_ref().map(|brief| brief.scenario.to_string()),
             seed: of_run.mission("seed").map(str::to_owned),
             version: of_run.recorder("version").map(str::to_owned),
             run: brief.map(|brief| brief.run),
