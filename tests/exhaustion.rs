@@ -64,7 +64,7 @@ fn shared_memory_that_is_filled_in_mid_run_disturbs_nobody() {
 
     let filled = Mission::new("filled");
     let script = "
-        $HOPPER run --instance full --seed 53 --pace 40 --out . --format json &
+        $HOPPER run --instance full --seed 53 --pace 10 --out . --format json &
         run=$!
         while kill -0 $run && [ ! -s journal/hops.journal ]; do sleep 0.02; done
         begun=$(stat -c %s journal/hops.journal)
@@ -208,19 +208,21 @@ fn on_a_full_disk_nothing_is_left_of_a_recording_that_cannot_be_recovered() {
 #[test]
 fn a_monitor_that_stops_reading_slows_nobody() {
     let mission = Mission::new("deaf");
-    let mut sim = mission.start("sim", &["--seed", "2", "--scenario", "large", "--linger", "100s"]);
+    // So long that it is still flown when the monitor reads again.
+    let (_, patrol) = scenario::BUILT_IN.into_iter().find(|(name, _)| *name == "patrol").unwrap();
+    let text = patrol.replace("hops_max = 1000000", "hops_max = 2000");
+    std::fs::write(mission.path("patrol.toml"), text).unwrap();
+    let terms = ["--seed", "2", "--scenario", "patrol.toml"];
+    let mut sim = mission.start("sim", &[&terms[..], &["--pace", "500", "--linger", "100s"]].concat());
     let mut perception = mission.start("perception", &[]);
     let mut monitor = mission.start("monitor", &["--format", "json"]);
     monitor.await_log("hop 0");
     monitor.signal(Signal::STOP);
     let mut planner = mission.start("planner", &[]);
-    eventually("the mission to be over", || {
-        mission.journal().exists() && mission.verified()["outcome"] != "underway"
-    });
-    let verified = mission.verified();
-    let queue = <contract::State as contract::Message>::SERVICE.buffer as u64;
-    assert!(verified["decisions"].as_u64().unwrap() > queue, "{verified}");
+    // More states than its queue holds.
+    mission.await_decisions(<contract::State as contract::Message>::SERVICE.buffer as u64 + 1);
     assert!(is_stopped(&monitor), "the monitor had no part in it");
+    assert_eq!(mission.verified()["outcome"], "underway");
     monitor.signal(Signal::CONT);
     for process in [&mut sim, &mut perception, &mut planner, &mut monitor] {
         assert_eq!(process.code(), 0, "{}", process.log());
@@ -228,7 +230,9 @@ fn a_monitor_that_stops_reading_slows_nobody() {
             assert!(!process.log().contains(lost), "{}", process.log());
         }
     }
-    let undisturbed = lockstep(&["--seed", "2", "--scenario", "large"]);
+    let verified = mission.verified();
+    let undisturbed =
+        lockstep(&["--seed", "2", "--scenario", &mission.path("patrol.toml").to_string_lossy()]);
     assert_eq!(sim.json()["digest"], undisturbed["digest"]);
     let seen = monitor.json();
     assert_eq!((&seen["missing"], &seen["decision"]), (&0.into(), &verified["decisions"]), "{seen}");
