@@ -8,8 +8,14 @@ use simulation::setup::Missions;
 use simulation::simulate;
 use simulation::stream::Stream;
 
-/// Seeds of continuous integration.
-pub const SEEDS: std::ops::Range<u64> = 0..2000;
+/// Simulates so many seeds, and checks that they break no promise. Of a simulation that has passed as it is, a quarter of them is
+/// simulated where slow suites are left out; `None` then, since rare events need not come up in so few.
+fn unbroken(missions: Missions, seeds: u64) -> Option<Campaign> {
+    let in_part = suites::is_left_out("further seeds");
+    let campaign = sweep(missions, 0..if in_part { seeds / 4 } else { seeds }, |_| ());
+    assert!(campaign.failure.is_none(), "{:#?}", campaign.failure);
+    (!in_part).then_some(campaign)
+}
 
 /// P-SIMULATED: Under every fault of the simulation, one command is executed per decision, terms
 /// only rise, nothing is published that the journal does not hold, no planner knows an unseen cell
@@ -23,13 +29,7 @@ pub const SEEDS: std::ops::Range<u64> = 0..2000;
 // Long: a list of what the seeds must have covered.
 #[test]
 fn two_thousand_seeds_of_faults_break_no_promise_and_leave_no_fault_out() {
-    let campaign = sweep(Missions::Hopper, SEEDS, |_| ());
-    if let Some(failing) = &campaign.failure {
-        for line in &failing.trace {
-            eprintln!("{:>12.3} ms  {}", line.ms, line.text);
-        }
-        panic!("seed {}: {:?} {:#?}", failing.seed, failing.violation, failing.plan.faults);
-    }
+    let Some(campaign) = unbroken(Missions::Hopper, 2000) else { return };
     assert_eq!(campaign.seeds, 2000);
     let mut expected: Vec<(&str, &str)> = Vec::new();
     let forged: Vec<&str> = Forgery::of(Missions::Hopper).iter().map(|forgery| forgery.as_str()).collect();
@@ -124,8 +124,7 @@ fn came_up(missions: Missions, campaign: &Campaign, mut expected: Vec<(&'static 
 /// and a command for a robot that is not due is refused.
 #[test]
 fn two_thousand_seeds_of_several_rovers_break_no_promise_and_leave_no_refusal_out() {
-    let campaign = sweep(Missions::Rovers, SEEDS, |_| ());
-    assert!(campaign.failure.is_none(), "{:#?}", campaign.failure);
+    let Some(campaign) = unbroken(Missions::Rovers, 2000) else { return };
     let mut expected: Vec<(&str, &str)> =
         Forgery::of(Missions::Rovers).iter().map(|forgery| ("forged", forgery.as_str())).collect();
     expected.extend(simulation::REASONS[..16].iter().map(|reason| ("refusal", *reason)));
@@ -140,8 +139,7 @@ fn two_thousand_seeds_of_several_rovers_break_no_promise_and_leave_no_refusal_ou
 /// served, and every plan is made with the prior of its run and the routes of its decision.
 #[test]
 fn a_thousand_seeds_of_a_rover_with_helicopters_break_no_promise_and_leave_no_refusal_out() {
-    let campaign = sweep(Missions::Scouts, 0..1000, |_| ());
-    assert!(campaign.failure.is_none(), "{:#?}", campaign.failure);
+    let Some(campaign) = unbroken(Missions::Scouts, 1000) else { return };
     let mut expected: Vec<(&str, &str)> =
         Forgery::of(Missions::Scouts).iter().map(|forgery| ("forged", forgery.as_str())).collect();
     // Helicopters fly above the others, so no cell is occupied. A life that nobody has heard of is rarer than a thousand seeds.
@@ -163,8 +161,7 @@ fn a_thousand_seeds_of_a_rover_with_helicopters_break_no_promise_and_leave_no_re
 /// of a hopper alone, with its number, and what either robot sees is known.
 #[test]
 fn two_thousand_seeds_of_a_hopper_with_helicopters_break_no_promise_and_leave_no_refusal_out() {
-    let campaign = sweep(Missions::Accompanied, SEEDS, |_| ());
-    assert!(campaign.failure.is_none(), "{:#?}", campaign.failure);
+    let Some(campaign) = unbroken(Missions::Accompanied, 2000) else { return };
     let mut expected: Vec<(&str, &str)> =
         Forgery::of(Missions::Accompanied).iter().map(|forgery| ("forged", forgery.as_str())).collect();
     // Nobody else stands where a hopper lands, and what the guard forbids it nobody forges here.
@@ -185,8 +182,7 @@ fn two_thousand_seeds_of_a_hopper_with_helicopters_break_no_promise_and_leave_no
 /// checker's own rules.
 #[test]
 fn a_thousand_seeds_of_robots_of_all_kinds_break_no_promise_and_leave_no_refusal_out() {
-    let campaign = sweep(Missions::Mixed, 0..1000, |_| ());
-    assert!(campaign.failure.is_none(), "{:#?}", campaign.failure);
+    let Some(campaign) = unbroken(Missions::Mixed, 1000) else { return };
     let mut expected: Vec<(&str, &str)> =
         Forgery::of(Missions::Mixed).iter().map(|forgery| ("forged", forgery.as_str())).collect();
     // A forged command into what is blocked, where something is, and a life that nobody has heard of are rarer than a thousand seeds;
@@ -207,8 +203,7 @@ fn a_thousand_seeds_of_robots_of_all_kinds_break_no_promise_and_leave_no_refusal
 /// shares no rule with those of other missions.
 #[test]
 fn a_thousand_seeds_of_the_protocol_alone_break_no_promise() {
-    let campaign = sweep(Missions::Protocol, 0..1000, |_| ());
-    assert!(campaign.failure.is_none(), "{:#?}", campaign.failure);
+    let Some(campaign) = unbroken(Missions::Protocol, 1000) else { return };
     let mut expected: Vec<(&str, &str)> =
         Forgery::of(Missions::Protocol).iter().map(|forgery| ("forged", forgery.as_str())).collect();
     expected.extend(["goal", "deadlock"].map(|end| ("ended", end)));

@@ -24,7 +24,7 @@ pub struct Suite {
 }
 
 /// All of them.
-pub const SUITES: [Suite; 6] = [
+pub const SUITES: [Suite; 7] = [
     Suite { name: "python", files: &["python", "tests/python.rs"] },
     Suite { name: "site", files: &["tools/site", "crates/browser"] },
     Suite { name: "page in a browser", files: &["monitor/src/web", "tests/web", "tests/web.rs"] },
@@ -38,6 +38,10 @@ pub const SUITES: [Suite; 6] = [
             "qa/tests/chaos.rs",
             "qa/tests/endure.rs",
         ],
+    },
+    Suite {
+        name: "further seeds",
+        files: &["crates/simulation", "qa/src/simulate.rs", "qa/tests/simulation.rs"],
     },
     Suite { name: "planted bugs", files: &["qa/planted", "qa/src/planted", "qa/tests/planted.rs"] },
 ];
