@@ -1,5 +1,5 @@
-//! The guides of ARCHITECTURE.md, followed on an example: a message, a planner and a layer of the map are added to a copy of the
-//! tree.
+//! The guides of ARCHITECTURE.md, followed on an example: a message, a planner, a layer of the map and a body are added to a copy of
+//! the tree.
 
 #[path = "guides/check.rs"]
 #[allow(dead_code, reason = "its main runs in the copy")]
@@ -38,10 +38,11 @@ fn named(guide: &str) -> BTreeSet<String> {
 }
 
 /// Each guide with the patch of its example, and how many files it takes.
-const GUIDES: [(&str, &str, usize); 3] = [
+const GUIDES: &[(&str, &str, usize)] = &[
     ("Add a message", "add-a-message", 4),
     ("Add a planner", "add-a-planner", 3),
     ("Add a layer", "add-a-layer", 2),
+    ("Add a body", "add-a-body", 11),
 ];
 
 /// P-GUIDES.
@@ -49,7 +50,7 @@ const GUIDES: [(&str, &str, usize); 3] = [
 fn each_guide_names_every_file_that_its_example_touches() {
     for (guide, patch, files) in GUIDES {
         let touched = touched(patch);
-        assert_eq!(touched.len(), files, "files that {guide} takes: {touched:?}");
+        assert_eq!(touched.len(), *files, "files that {guide} takes: {touched:?}");
         assert_eq!(named(guide), touched, "files of {guide}, and of its example");
     }
     let mut patches: Vec<String> = Vec::new();
@@ -65,14 +66,28 @@ fn each_guide_names_every_file_that_its_example_touches() {
     assert_eq!(patches, known, "each patch belongs to a guide");
 }
 
-/// A layer is a file and a line: its example adds one line to the list, and names no display.
+/// Lines that the patch of a guide adds to or removes from `file`.
+fn changed(guide: &str, file: &str) -> Vec<String> {
+    let patch = read(format!("tests/guides/{guide}.patch"));
+    let of_file = patch.split("diff --git ").find(|part| part.contains(&format!("+++ b/{file}\n"))).unwrap();
+    let lines = of_file.lines().filter(|line| !line.starts_with("+++") && !line.starts_with("---"));
+    lines.filter(|line| line.starts_with(['+', '-'])).map(Into::into).collect()
+}
+
+/// A layer is a file and a line: its example adds one line to the list, and names no display. A body is a file and a line in each
+/// crate that has to know bodies.
 #[test]
-fn a_layer_is_one_file_and_one_line() {
-    let patch = read("tests/guides/add-a-layer.patch");
-    let list = patch.split("diff --git ").find(|file| file.contains("+++ b/crates/report/src/layers/mod.rs"));
-    let lines = list.unwrap().lines().filter(|line| !line.starts_with("+++") && !line.starts_with("---"));
-    let changed: Vec<&str> = lines.filter(|line| line.starts_with(['+', '-'])).collect();
-    assert_eq!(changed, ["+    quality => Quality,"]);
+fn layers_and_bodies_are_one_line_in_each_list() {
+    for (guide, list, line) in [
+        ("add-a-layer", "crates/report/src/layers/mod.rs", "+    quality => Quality,"),
+        ("add-a-body", "crates/contract/src/mission/body/mod.rs", "+        slider => Slider(Slider) = 5, "),
+        ("add-a-body", "hopper-sim/src/team/body/mod.rs", "+    slider => Slider,"),
+        ("add-a-body", "crates/simulation/src/oracle/body.rs", "+    slider => Slider,"),
+        ("add-a-body", "crates/scenario/src/robots/mod.rs", "+    slider => Slider(SliderRules), "),
+    ] {
+        let changed = changed(guide, list);
+        assert!(changed.len() == 1 && changed[0].starts_with(line), "{list}: {changed:?}");
+    }
 }
 
 /// The tracked files below `folders`, copied to `copy`. A file keeps its time if it has not changed, so that Cargo
@@ -166,9 +181,10 @@ fn unoptimised(manifest: &str) -> String {
     kept.replacen(section, &(section.to_owned() + &lines), 1)
 }
 
-/// P-GUIDES: A message, a planner and a layer of the map that are added by the guides of
+/// P-GUIDES: A message, a planner, a layer of the map and a body that are added by the guides of
 /// ARCHITECTURE.md, in the files they name and no others, work: the message has port, memory budget,
-/// simulation and recording, the planner flies, and page, picture and recording show the layer.
+/// simulation and recording, the planner flies, page, picture and recording show the layer, and the
+/// body reaches its goal.
 #[test]
 fn what_is_added_by_the_guides_works() {
     // Its own target folder would compile all dependencies again.
@@ -221,4 +237,6 @@ fn what_is_added_by_the_guides_works() {
     }
     assert!(check::flown("beeline").unwrap_err().contains("beeline"), "it flies in the tree itself");
     assert_eq!(list("flown "), BTreeSet::from(["goal".to_owned()]), "{told}");
+    assert!(check::slid().unwrap_err().contains("slider"), "it slides in the tree itself");
+    assert_eq!(list("slid "), BTreeSet::from(["goal".to_owned()]), "{told}");
 }

@@ -92,7 +92,7 @@ enum Purpose {
 
 impl Purpose {
     /// In the order of help texts, with the words that come before the planners of each.
-    const LISTED: [(Purpose, &'static str); 5] = [
+    const LISTED: &[(Purpose, &'static str)] = &[
         (Purpose::Hop, ""),
         (Purpose::LookAheadOfHopper, "; for a hopper's helicopter "),
         (Purpose::Cover, "; for rovers that cover ground "),
@@ -194,13 +194,15 @@ pub fn usual(brief: &Brief, robot: &Robot) -> Option<&'static str> {
 /// All algorithms that a planner process can run, with what each is for: for help texts.
 #[must_use]
 pub fn listed() -> String {
-    let listed = |(purpose, words)| format!("{words}{}", of(purpose).collect::<Vec<_>>().join(", "));
-    Purpose::LISTED.map(listed).concat()
+    let listed = |(purpose, words): &(Purpose, &str)| {
+        format!("{words}{}", of(*purpose).collect::<Vec<_>>().join(", "))
+    };
+    Purpose::LISTED.iter().map(listed).collect()
 }
 
 /// The names of all planners in the order of help texts, and the one that no process can run.
 fn all() -> impl Iterator<Item = &'static str> {
-    Purpose::LISTED.into_iter().flat_map(|(purpose, _)| of(purpose)).chain([CLAIRVOYANT])
+    Purpose::LISTED.iter().flat_map(|(purpose, _)| of(*purpose)).chain([CLAIRVOYANT])
 }
 
 /// The names of the planners of a purpose.

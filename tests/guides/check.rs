@@ -1,5 +1,5 @@
-//! What a message, a planner and a layer that were added by the guides of ARCHITECTURE.md must be able to do. `tests/guides.rs`
-//! compiles this against a copy of the tree with all of them added.
+//! What a message, a planner, a layer and a body that were added by the guides of ARCHITECTURE.md must be able to do.
+//! `tests/guides.rs` compiles this against a copy of the tree with all of them added.
 
 #![allow(
     clippy::unwrap_used,
@@ -11,6 +11,26 @@ use contract::message::Visitor;
 use contract::{Brief, Message, MonotonicNs, ObservedMap, Request, RobotId, RunId, Status};
 use hopper_sim::Mission;
 use lockstep::PlannerSchedule;
+use scenario::{ResolvedScenario, Scenario, ScenarioError};
+
+/// A slider on the slope of a hollow, at whose lowest cell its goal is.
+const SLOPE: &str = r#"
+[truth.terrain.gaussians]
+width_cells = 9
+height_cells = 9
+cell_size_m = 1.0
+sigma_m = 3.0
+amplitude_m = 2.0
+lowered_m = [[6.0, 6.0]]
+
+[brief]
+profile = "hopper"
+goal = [6, 6]
+
+[[robots]]
+body = "slider"
+start = [1, 2]
+"#;
 
 /// Services of the registry.
 pub fn registered() -> Vec<String> {
@@ -104,13 +124,18 @@ pub fn layers_recorded() -> Vec<String> {
 
 /// How `planner` ends on the scenario `hard` in lockstep, or why it cannot fly.
 pub fn flown(planner: &str) -> Result<String, String> {
-    let world = scenario::load("hard").unwrap().resolve().unwrap();
-    let mission = Mission {
-        brief: Brief { run: RunId(1), ..world.brief },
-        terrain: world.terrain,
-        seed: 1,
-        faults: Vec::new(),
-    };
+    ends(scenario::load("hard"), planner)
+}
+
+/// How a slider ends on its slope in lockstep, or why it cannot slide.
+pub fn slid() -> Result<String, String> {
+    ends(Scenario::parse(SLOPE, "the slope"), "downhill")
+}
+
+fn ends(scenario: Result<Scenario, ScenarioError>, planner: &str) -> Result<String, String> {
+    let world = scenario.and_then(|scenario| scenario.resolve()).map_err(|error| error.to_string())?;
+    let ResolvedScenario { brief, terrain, .. } = world;
+    let mission = Mission { brief: Brief { run: RunId(1), ..brief }, terrain, seed: 1, faults: Vec::new() };
     let crew = PlannerSchedule::single(planner.parse().unwrap());
     let flown = lockstep::fly(mission, &crew, &mut || MonotonicNs(0), &mut |_| ());
     flown.map(|flown| flown.state.status.to_string()).map_err(|error| error.to_string())
@@ -127,4 +152,5 @@ pub fn main() {
     println!("layers on the page {}", layers_on_the_page().join(" "));
     println!("layers recorded {}", layers_recorded().join(" "));
     println!("flown {}", flown("beeline").unwrap_or_else(|why| why));
+    println!("slid {}", slid().unwrap_or_else(|why| why));
 }

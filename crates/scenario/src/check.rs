@@ -2,10 +2,7 @@
 
 use std::fmt;
 
-use contract::{
-    Account, Body, Brief, Camera, Cover, CoverMode, ErringCamera, Goal, Helicopter, Leg, Limits, Placement,
-    Reach, Robot, Rover, Sampling, Sensor, Soil, Square,
-};
+use contract::{Account, Brief, Cover, CoverMode, Goal, Leg, Limits, Robot, Sampling, Soil};
 use serde::Serialize;
 
 use crate::{Fault, ResolvedScenario, Warning};
@@ -180,8 +177,8 @@ fn tasks_in_words(brief: &Brief) -> String {
     let covers = |robot: &Robot| robot.required && matches!(robot.goal, Goal::Cover(_));
     let is_one_task = brief.account == Account::Actions || brief.robots.iter().all(covers);
     let needed = (!is_one_task).then(|| {
-        let needed = brief.robots.those(|robot| robot.required);
-        format!("a goal for each robot; needed are those of robots {needed}")
+        let required = brief.robots.those(|robot| robot.required);
+        format!("required to reach their goals: robots {required}")
     });
     let cover = brief.cover().map(cover_in_words);
     let sampling = brief.sampling.as_ref().map(sampling_in_words);
@@ -210,34 +207,18 @@ fn sampling_in_words(sampling: &Sampling) -> String {
 }
 
 fn in_words(robot: &Robot, brief: &Brief) -> String {
-    let Robot { start: Placement { cell, heading }, start_at, goal, .. } = robot;
-    let body = match robot.body {
-        Body::Rover(Rover { speed_mps }) => format!("rover at {cell} facing {heading}, {speed_mps} m/s"),
-        Body::Driver(_) => match goal {
-            Goal::Reach(Reach { at, radius_m }) => {
-                format!("rover from {start_at} to within {radius_m} m of {at}")
-            }
-            Goal::Visit(_) | Goal::Cover(_) | Goal::LookAhead(_) => format!("rover at {start_at}"),
-        },
-        Body::Helicopter(Helicopter { speed_mps, budget_m }) => {
-            format!("helicopter at {start_at}, {speed_mps} m/s, {budget_m} m of flight")
-        }
-        Body::Hopper(_) => match goal.cell(&brief.grid, 0) {
-            // The goal of a hopper's mission has a line of its own.
-            Some(goal) if brief.account != Account::Hopper => format!("hopper from {cell} to {goal}"),
-            _ => format!("hopper at {cell}"),
-        },
+    let Robot { body, sensor, start, start_at, goal, .. } = robot;
+    let start = if body.along_route().is_some() { start_at.to_string() } else { start.cell.to_string() };
+    let way = match goal.in_words(&brief.grid) {
+        // The goal of a hopper's mission has a line of its own.
+        Some(goal) if brief.account != Account::Hopper => format!("from {start} {goal}"),
+        _ => format!("at {start}"),
     };
-    let view = match robot.sensor {
-        Sensor::Square(Square { range_cells }) => format!("{0} x {0} cells", 2 * range_cells + 1),
-        Sensor::Track(_) => "the cells that it drives over".into(),
-        Sensor::Camera(Camera { radius_m }) => format!("{radius_m:.1} m to each side"),
-        Sensor::Disc(_) => "a disc that grows with its height".into(),
-        Sensor::ErringCamera(ErringCamera { radius_m, accuracy }) => {
-            format!("{radius_m:.1} m to each side, {:.1} % of the speeds right", 100.0 * accuracy)
-        }
+    let view = match sensor.in_words() {
+        Some(view) => format!("sees {view}"),
+        None => format!("sensor {}", sensor.name()),
     };
-    format!("{body}, sees {view}")
+    format!("{} {way}{}, {view}", body.word(), body.in_words(robot))
 }
 
 fn write_line(f: &mut fmt::Formatter<'_>, name: &str, value: &str) -> fmt::Result {

@@ -51,10 +51,7 @@ pub use mission::{
 pub use overrides::Overrides;
 pub use resolved::ResolvedScenario;
 pub use robot::{Robot, Scatter, Sensor};
-pub use robots::{
-    CoverGoal, DriverRules, Fault, HelicopterRules, HopperGoal, HopperRules, OwnSensor, RobotRules,
-    RoverRules, Visits,
-};
+pub use robots::*;
 pub use sampling::SamplingRules;
 pub use truth::{
     CellPoint, CropCells, CropMetres, ElevationFile, Gaussians, Obstacles, Passages, RandomHills,

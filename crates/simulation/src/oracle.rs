@@ -1,8 +1,8 @@
 //! The robots of a mission as they should be, by code that shares nothing with the product's: whose turn it is, what an action
 //! comes to, what is seen, what becomes of each robot, how the mission stands.
 //!
-//! Each body is one file behind [`body::Body`]: `hopper`, `rover`, `driver`, `helicopter`. Beside them are turns, what all that go
-//! along routes have in common, covering, uncertain ground, and the parts of the mission with their ends.
+//! Each body is one file in `oracle/body/`, behind [`body::Body`]. Beside them are turns, what all that go along routes have in
+//! common, covering, uncertain ground, and the parts of the mission with their ends.
 
 use std::sync::Arc;
 
@@ -28,13 +28,9 @@ mod actor;
 mod along;
 mod body;
 mod covering;
-mod driver;
 mod events;
 mod goal;
-mod helicopter;
-mod hopper;
 mod parts;
-mod rover;
 mod turns;
 mod uncertain;
 

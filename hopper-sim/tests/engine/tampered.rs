@@ -166,11 +166,10 @@ impl Flight {
         let due = self.arbiter.team().map_or(RobotId(0), |team| team.due);
         let body = self.arbiter.mission().brief.robots[usize::from(due.0)].body;
         let turned = |from: usize| (0..4).map(move |turn| Direction::ALL[(from + turn) % 4]);
-        let mut actions: Vec<Action> = match body {
-            Body::Hopper(_) => turned(number / 3).map(Action::Hop).collect(),
-            Body::Rover(_) => turned(number / 4).map(Action::Step).collect(),
-            Body::Driver(_) => vec![Action::Drive, self.announce(number)],
-            Body::Helicopter(_) => vec![Action::Fly, self.announce(number)],
+        let mut actions: Vec<Action> = match body.along_route() {
+            Some(along) => vec![along, self.announce(number)],
+            None if body.hops() => turned(number / 3).map(Action::Hop).collect(),
+            None => turned(number / 4).map(Action::Step).collect(),
         };
         actions.push(Action::Hold);
         actions

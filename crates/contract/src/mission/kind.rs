@@ -1,7 +1,8 @@
 //! Lists of kinds: the bodies, sensors and goals that a robot may have.
 //!
-//! A kind is a struct with its parameters, in a file of its own, and one line in the list of its family. In messages it is its
-//! code with a block of numbers; both ways, the refusals and the reference follow from [`Kind::parameters`].
+//! A kind is a struct with its parameters, in a file of its own, and one line in the list of its family; what the file has public
+//! is public in the crate. In messages a kind is its code with a block of numbers; both ways, the refusals and the reference follow
+//! from [`Kind::parameters`].
 
 use crate::block::{Block, InBlock};
 
@@ -31,19 +32,18 @@ impl KindInBlock {
     pub(crate) fn of<K: Kind>(code: u32, what: &'static str) -> Self {
         let mut block = Block::describe();
         K::default().parameters(&mut block);
-        Self { code, name: K::NAME, what: what.trim(), parameters: block.described() }
+        Self { code, name: K::NAME, what, parameters: block.described() }
     }
 }
 
-/// Declares a family of kinds: an enum of one variant a kind, each with its code. What can be asked of any of them is a trait,
-/// which the file of each implements; the enum dereferences to it.
+/// Declares a family of kinds, one line a kind: its module, its variant of the enum with its parameters, its code, and what it is.
+/// What can be asked of any of them is a trait, which the file of each implements; the enum dereferences to it.
 ///
 /// ```text
 /// kinds! {
 ///     /// What a robot is.
 ///     pub enum Body, each BodyKind, block of 16, refused as "robot.body" {
-///         /// Hops.
-///         Hopper(Hopper) = 1,
+///         hopper => Hopper(Hopper) = 1, "Hops.";
 ///     }
 /// }
 /// ```
@@ -51,14 +51,17 @@ macro_rules! kinds {
     (
         $(#[doc = $about:literal])+
         pub enum $family:ident, each $trait:ident, block of $values:literal, refused as $prefix:literal {
-            $($(#[doc = $what:literal])+ $kind:ident($parameters:ident) = $code:literal,)+
+            $($module:ident => $kind:ident($parameters:ident) = $code:literal, $what:literal;)+
         }
     ) => {
+        $(mod $module;)+
+        $(pub use self::$module::*;)+
+
         $(#[doc = $about])+
         #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
         #[serde(rename_all = "snake_case")]
         pub enum $family {
-            $($(#[doc = $what])+ $kind($parameters),)+
+            $(#[doc = $what] $kind($parameters),)+
         }
 
         impl std::ops::Deref for $family {
@@ -119,8 +122,7 @@ macro_rules! kinds {
             #[must_use]
             pub fn described() -> Vec<$crate::mission::kind::KindInBlock> {
                 vec![$($crate::mission::kind::KindInBlock::of::<$parameters>(
-                    $code,
-                    concat!($($what),+),
+                    $code, $what,
                 )),+]
             }
         }

@@ -1,13 +1,13 @@
 //! A driver of `[[robots]]`: a rover that drives to a goal over ground of uncertain speed.
 
-use contract::{Body, Direction, Driver, Goal, Placement, Reach, Robot, Sensor, Track, Waypoint};
+use contract::{Account, Body, Direction, Driver, Goal, Placement, Reach, Robot, Sensor, Track, Waypoint};
 use rover::Point;
 #[cfg(test)]
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::site::{Given, Site};
-use super::{is_yes, yes};
+use super::{Rules, is_yes, yes};
 use crate::error::refuse;
 use crate::mobility::{GOAL_RADIUS_M, middle_of_drivable};
 use crate::{ScenarioError, exact};
@@ -31,9 +31,8 @@ pub struct DriverRules {
     pub planner: Option<String>,
 }
 
-impl DriverRules {
-    /// The driver on its ground, checked.
-    pub(super) fn on(&self, site: &Site<'_>) -> Result<Robot, ScenarioError> {
+impl Rules for DriverRules {
+    fn on(&mut self, site: &Site<'_>) -> Result<Robot, ScenarioError> {
         let terrain = site.terrain;
         if terrain.prior.is_empty() {
             let need = "truth.mobility or truth.terrain.passages for a driver";
@@ -57,6 +56,18 @@ impl DriverRules {
             goal: Goal::Reach(Reach { at: waypoint(goal), radius_m }),
             required: self.required,
         })
+    }
+
+    fn account(&self) -> Account {
+        Account::Actions
+    }
+
+    fn takes_start(&self, has_trip: bool) -> bool {
+        self.start.is_none() && !has_trip
+    }
+
+    fn takes_goal(&self, has_trip: bool) -> bool {
+        self.goal.is_none() && !has_trip
     }
 }
 

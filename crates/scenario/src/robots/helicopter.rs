@@ -10,7 +10,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::site::{Given, Site};
-use super::{is_one_metre, one_metre};
+use super::{Rules, is_one_metre, one_metre};
 use crate::error::refuse;
 use crate::{ScenarioError, exact};
 
@@ -40,13 +40,14 @@ pub struct HelicopterRules {
     pub planner: Option<String>,
 }
 
-impl HelicopterRules {
-    /// The helicopter over its ground, checked. Without a start of its own it begins where `first` does.
-    pub(super) fn on(&self, site: &Site<'_>, first: &Robot) -> Result<Robot, ScenarioError> {
+impl Rules for HelicopterRules {
+    /// Without a start of its own it begins where the first robot does.
+    fn on(&mut self, site: &Site<'_>) -> Result<Robot, ScenarioError> {
         let grid = &site.terrain.grid;
-        let (cell, start_at) = match self.start {
-            None => (first.start.cell, first.start_at),
-            Some(start) => {
+        let (cell, start_at) = match (self.start, site.first) {
+            (None, None) => return refuse("robots.start", "a cell (x, y)", "nothing".into()),
+            (None, Some(first)) => (first.start.cell, first.start_at),
+            (Some(start), _) => {
                 let Given { field, cell } = Given::of("robots.start", start);
                 if !grid.contains(cell) {
                     return refuse(field, "a cell on the map", cell.to_string());
@@ -83,6 +84,10 @@ impl HelicopterRules {
             goal: Goal::LookAhead(LookAhead {}),
             required: false,
         })
+    }
+
+    fn looks_ahead(&self) -> bool {
+        true
     }
 }
 

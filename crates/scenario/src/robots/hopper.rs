@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::design::Design;
 use super::site::{Given, Site};
-use super::{is_north, is_yes, north, yes};
+use super::{Rules, is_north, is_yes, north, yes};
 use crate::bounds::in_range;
 use crate::error::refuse;
 use crate::robot::{check_launch_angle, check_radius_min};
@@ -122,9 +122,9 @@ impl Default for HopperRules {
     }
 }
 
-impl HopperRules {
-    /// The hopper on its ground, checked. Fields that say what `[robot]` says are left out from then on.
-    pub(super) fn on(&mut self, site: &Site<'_>) -> Result<Robot, ScenarioError> {
+impl Rules for HopperRules {
+    /// Fields that say what `[robot]` says are left out from then on.
+    fn on(&mut self, site: &Site<'_>) -> Result<Robot, ScenarioError> {
         let grid = &site.terrain.grid;
         let start = site.start(self.start)?;
         let (goals, hops_max) = self.goals(site)?;
@@ -152,6 +152,24 @@ impl HopperRules {
         })
     }
 
+    fn account(&self) -> Account {
+        Account::Hopper
+    }
+
+    fn hops(&self) -> bool {
+        true
+    }
+
+    fn takes_start(&self, _: bool) -> bool {
+        self.start.is_none()
+    }
+
+    fn takes_goal(&self, _: bool) -> bool {
+        self.goal.is_none()
+    }
+}
+
+impl HopperRules {
     /// Its goals, at least one, with the hops after which it is done if it visits them in turn.
     fn goals(&self, site: &Site<'_>) -> Result<(Vec<Given>, Option<u64>), ScenarioError> {
         let all = |field, cells: &[[i32; 2]]| cells.iter().map(|&cell| Given::of(field, cell)).collect();

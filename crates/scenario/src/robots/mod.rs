@@ -3,11 +3,7 @@
 //! What a mission is follows from its robots: see [`Scenario::account`].
 
 mod design;
-mod driver;
-mod helicopter;
-mod hopper;
 mod read;
-mod rover;
 mod site;
 
 use contract::limits::ROBOTS_MAX;
@@ -17,16 +13,13 @@ use schemars::JsonSchema;
 use scout_world::Trip;
 use serde::{Deserialize, Serialize};
 use terrain::{Relief, Terrain};
+use toml::de::{Error, ValueDeserializer};
 
 use crate::error::refuse;
 use crate::{Scenario, ScenarioError};
 
 pub(crate) use design::Design;
-pub use driver::DriverRules;
-pub use helicopter::HelicopterRules;
-pub use hopper::{HopperGoal, HopperRules, OwnSensor, Visits};
 pub(crate) use read::read;
-pub use rover::{CoverGoal, RoverRules};
 use site::Site;
 
 /// A robot that fails.
@@ -41,60 +34,119 @@ pub struct Fault {
     pub action: u64,
 }
 
-/// A robot of a team, as written in a scenario: its body, and the fields that this body has.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(JsonSchema))]
-#[serde(tag = "body", rename_all = "snake_case")]
-pub enum RobotRules {
-    /// Hops from cell to cell.
-    Hopper(HopperRules),
-    /// Drives to one of four neighbouring cells at a time, and covers ground.
-    Rover(RoverRules),
-    /// Drives from point to point over ground of uncertain speed.
-    Driver(DriverRules),
-    /// Flies from point to point, and looks ahead for the others.
-    Helicopter(HelicopterRules),
+/// What a robot written in a scenario comes to: the fields of each body implement it.
+trait Rules {
+    /// The robot on its ground, checked. Fields that say what holds anyway are left out from then on.
+    fn on(&mut self, site: &Site<'_>) -> Result<Robot, ScenarioError>;
+
+    /// What states of the mission tell if all others look ahead.
+    fn account(&self) -> Account {
+        Account::ActionsWithoutWaits
+    }
+
+    /// Whether it hops, so that the ground needs cells of which a hop spans a whole number.
+    fn hops(&self) -> bool {
+        false
+    }
+
+    /// Whether it looks ahead for the others, and may begin where the first of them does.
+    fn looks_ahead(&self) -> bool {
+        false
+    }
+
+    /// Whether it starts where the brief says. `has_trip` is whether the ground gives drivers start and goal.
+    fn takes_start(&self, has_trip: bool) -> bool {
+        let _ = has_trip;
+        false
+    }
+
+    /// Whether its goal is that of the brief.
+    fn takes_goal(&self, has_trip: bool) -> bool {
+        let _ = has_trip;
+        false
+    }
 }
 
-impl RobotRules {
-    /// Every body, as written in a scenario.
-    pub const BODIES: [&'static str; 4] = ["hopper", "rover", "driver", "helicopter"];
+/// Declares the bodies, one line each: its module, its variant with its fields, and what it is. The name in scenarios is that of the
+/// module, and every body has a field `planner`.
+macro_rules! bodies {
+    ($($module:ident => $body:ident($rules:ident), $what:literal;)+) => {
+        $(mod $module;)+
+        $(pub use self::$module::*;)+
 
-    /// Its body, as written in a scenario.
-    #[must_use]
-    pub fn body(&self) -> &'static str {
-        match self {
-            RobotRules::Hopper(_) => "hopper",
-            RobotRules::Rover(_) => "rover",
-            RobotRules::Driver(_) => "driver",
-            RobotRules::Helicopter(_) => "helicopter",
+        /// A robot of a team, as written in a scenario: its body, and the fields that this body has.
+        #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+        #[cfg_attr(test, derive(JsonSchema))]
+        #[serde(tag = "body", rename_all = "snake_case")]
+        pub enum RobotRules {
+            $(#[doc = $what] $body($rules),)+
         }
-    }
 
-    /// The planner that `hopper run` starts for it, unless told otherwise.
-    #[must_use]
-    pub fn planner(&self) -> Option<&str> {
-        match self {
-            RobotRules::Hopper(HopperRules { planner, .. })
-            | RobotRules::Rover(RoverRules { planner, .. })
-            | RobotRules::Driver(DriverRules { planner, .. })
-            | RobotRules::Helicopter(HelicopterRules { planner, .. }) => planner.as_deref(),
+        /// The body of a robot, as written in a scenario.
+        #[derive(Clone, Copy, Deserialize)]
+        #[serde(rename_all = "snake_case")]
+        enum Body {
+            $($body,)+
         }
-    }
 
-    /// Forgets its planner, which changes no outcome by itself.
-    pub(crate) fn forget_planner(&mut self) {
-        match self {
-            RobotRules::Hopper(HopperRules { planner, .. })
-            | RobotRules::Rover(RoverRules { planner, .. })
-            | RobotRules::Driver(DriverRules { planner, .. })
-            | RobotRules::Helicopter(HelicopterRules { planner, .. }) => *planner = None,
+        impl Body {
+            /// A robot of this body with these fields, and the body's name.
+            fn read(self, fields: ValueDeserializer<'_>) -> (Result<RobotRules, Error>, &'static str) {
+                match self {
+                    $(Body::$body => {
+                        ($rules::deserialize(fields).map(RobotRules::$body), stringify!($module))
+                    })+
+                }
+            }
         }
-    }
 
-    fn is_helicopter(&self) -> bool {
-        matches!(self, RobotRules::Helicopter(_))
-    }
+        impl RobotRules {
+            /// Every body, as written in a scenario.
+            pub const BODIES: &[&'static str] = &[$(stringify!($module)),+];
+
+            /// Its body, as written in a scenario.
+            #[must_use]
+            pub fn body(&self) -> &'static str {
+                match self {
+                    $(RobotRules::$body(_) => stringify!($module),)+
+                }
+            }
+
+            /// The planner that `hopper run` starts for it, unless told otherwise.
+            #[must_use]
+            pub fn planner(&self) -> Option<&str> {
+                match self {
+                    $(RobotRules::$body($rules { planner, .. }) => planner.as_deref(),)+
+                }
+            }
+
+            /// Forgets its planner, which changes no outcome by itself.
+            pub(crate) fn forget_planner(&mut self) {
+                match self {
+                    $(RobotRules::$body($rules { planner, .. }) => *planner = None,)+
+                }
+            }
+
+            fn rules(&self) -> &dyn Rules {
+                match self {
+                    $(RobotRules::$body(rules) => rules,)+
+                }
+            }
+
+            fn rules_mut(&mut self) -> &mut dyn Rules {
+                match self {
+                    $(RobotRules::$body(rules) => rules,)+
+                }
+            }
+        }
+    };
+}
+
+bodies! {
+    hopper => Hopper(HopperRules), "Hops from cell to cell.";
+    rover => Rover(RoverRules), "Drives to one of four neighbouring cells at a time, and covers ground.";
+    driver => Driver(DriverRules), "Drives from point to point over ground of uncertain speed.";
+    helicopter => Helicopter(HelicopterRules), "Flies from point to point, and looks ahead for the others.";
 }
 
 impl Scenario {
@@ -102,18 +154,20 @@ impl Scenario {
     /// actions, if there is one driver and all others are helicopters; otherwise the actions by which no robot waits for others.
     #[must_use]
     pub fn account(&self) -> Account {
-        let mut on_ground = self.robots.iter().filter(|rules| !rules.is_helicopter());
-        match (self.robots.first(), on_ground.next(), on_ground.next()) {
-            (None, ..) | (Some(RobotRules::Hopper(_)), Some(_), None) => Account::Hopper,
-            (Some(_), Some(RobotRules::Driver(_)), None) => Account::Actions,
+        let mut others = self.robots.iter().enumerate().filter(|(_, robot)| !robot.rules().looks_ahead());
+        match (others.next(), others.next()) {
+            (None, _) if self.robots.is_empty() => Account::Hopper,
+            (Some((number, robot)), None) => match robot.rules().account() {
+                Account::Hopper if number > 0 => Account::ActionsWithoutWaits,
+                account => account,
+            },
             _ => Account::ActionsWithoutWaits,
         }
     }
 
     /// Whether a robot hops, so that the ground needs cells of which a hop spans a whole number.
     pub(crate) fn has_hoppers(&self) -> bool {
-        let hops = |rules: &RobotRules| matches!(rules, RobotRules::Hopper(_));
-        self.robots.is_empty() || self.robots.iter().any(hops)
+        self.robots.is_empty() || self.robots.iter().any(|robot| robot.rules().hops())
     }
 
     /// The robots on their terrain, checked: a hopper alone, or those of `[[robots]]`. `trip` has start and goal of a driver that has
@@ -125,10 +179,11 @@ impl Scenario {
         trip: Option<Trip>,
     ) -> Result<Vec<Robot>, ScenarioError> {
         self.check_ends(trip.is_some())?;
-        let site = Site {
+        let mut site = Site {
             terrain,
             relief,
             trip,
+            first: None,
             account: self.account(),
             is_short: self.robots.is_empty(),
             start: self.brief.start,
@@ -139,7 +194,7 @@ impl Scenario {
         };
         let robots = match self.robots.is_empty() {
             true => vec![HopperRules::default().on(&site)?],
-            false => self.listed_on(&site)?,
+            false => self.listed_on(&mut site)?,
         };
         check_distinct(&robots, &terrain.grid)?;
         check_goals_are_open(&robots, &terrain.grid)?;
@@ -152,30 +207,24 @@ impl Scenario {
         Ok(robots)
     }
 
-    /// The robots of `[[robots]]`: first those on the ground, then the helicopters, which may begin with them.
-    fn listed_on(&mut self, site: &Site<'_>) -> Result<Vec<Robot>, ScenarioError> {
+    /// The robots of `[[robots]]`: first those on the ground, then those that look ahead, which may begin with them.
+    fn listed_on(&mut self, site: &mut Site<'_>) -> Result<Vec<Robot>, ScenarioError> {
         let count = self.robots.len();
         if count > ROBOTS_MAX {
             return refuse("robots", "1 to 16 of them", count.to_string());
         }
         let mut robots: Vec<Option<Robot>> = vec![None; count];
-        for (number, rules) in self.robots.iter_mut().enumerate() {
-            let robot = match rules {
-                RobotRules::Hopper(rules) => rules.on(site),
-                RobotRules::Rover(rules) => rules.on(site),
-                RobotRules::Driver(rules) => rules.on(site),
-                RobotRules::Helicopter(_) => continue,
-            };
-            robots[number] = Some(robot.map_err(|error| error.of_robot(number))?);
-        }
-        let Some(first) = robots.iter().flatten().next().copied() else {
-            let need = "at least one robot that hops or drives: helicopters look ahead for others";
-            return refuse("robots.body", need, "helicopters alone".into());
-        };
-        for (number, rules) in self.robots.iter().enumerate() {
-            if let RobotRules::Helicopter(rules) = rules {
-                let robot = rules.on(site, &first);
-                robots[number] = Some(robot.map_err(|error| error.of_robot(number))?);
+        for look_ahead in [false, true] {
+            for (number, rules) in self.robots.iter_mut().enumerate() {
+                let rules = rules.rules_mut();
+                if rules.looks_ahead() == look_ahead {
+                    robots[number] = Some(rules.on(site).map_err(|error| error.of_robot(number))?);
+                }
+            }
+            site.first = robots.iter().flatten().next().copied();
+            if site.first.is_none() {
+                let need = "at least one robot that hops or drives: helicopters look ahead for others";
+                return refuse("robots.body", need, "helicopters alone".into());
             }
         }
         Ok(robots.into_iter().flatten().collect())
@@ -190,16 +239,8 @@ impl Scenario {
         if brief.goals.is_empty() && brief.hops_max != Visits::HOPS_MAX {
             return refuse("brief.hops_max", "brief.goals, the goals in turn", brief.hops_max.to_string());
         }
-        let takes_start = |rules: &RobotRules| match rules {
-            RobotRules::Hopper(rules) => rules.start.is_none(),
-            RobotRules::Driver(rules) => rules.start.is_none() && !has_trip,
-            RobotRules::Rover(_) | RobotRules::Helicopter(_) => false,
-        };
-        let takes_goal = |rules: &RobotRules| match rules {
-            RobotRules::Hopper(rules) => rules.goal.is_none(),
-            RobotRules::Driver(rules) => rules.goal.is_none() && !has_trip,
-            RobotRules::Rover(_) | RobotRules::Helicopter(_) => false,
-        };
+        let takes_start = |robot: &RobotRules| robot.rules().takes_start(has_trip);
+        let takes_goal = |robot: &RobotRules| robot.rules().takes_goal(has_trip);
         let is_short = self.robots.is_empty();
         let given = |cell: Option<[i32; 2]>| cell.map(|[x, y]| format!("({x}, {y})"));
         if let Some(got) = given(brief.start)

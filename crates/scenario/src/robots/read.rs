@@ -7,21 +7,12 @@ use serde::Deserialize;
 use toml::Spanned;
 use toml::de::{DeValue, Error, ValueDeserializer};
 
-use super::{DriverRules, HelicopterRules, HopperRules, RobotRules, RoverRules};
+use super::{Body, RobotRules};
 
 /// The body of a robot, whatever else it has.
 #[derive(Deserialize)]
 struct Named {
     body: Body,
-}
-
-#[derive(Clone, Copy, Deserialize)]
-#[serde(rename_all = "snake_case")]
-enum Body {
-    Hopper,
-    Rover,
-    Driver,
-    Helicopter,
 }
 
 /// The robots of a list of tables.
@@ -33,27 +24,16 @@ pub(crate) fn read(robots: Spanned<DeValue<'_>>) -> Result<Vec<RobotRules>, (Err
     let named = named.map_err(|error| (error, None))?;
     let DeValue::Array(tables) = robots.into_inner() else { return Ok(Vec::new()) };
     let read = |(number, (table, Named { body })): (usize, (Spanned<DeValue<'_>>, Named))| {
-        let (fields, name) = match body {
-            Body::Hopper => (of(table, HopperRules::deserialize, RobotRules::Hopper), "hopper"),
-            Body::Rover => (of(table, RoverRules::deserialize, RobotRules::Rover), "rover"),
-            Body::Driver => (of(table, DriverRules::deserialize, RobotRules::Driver), "driver"),
-            Body::Helicopter => {
-                (of(table, HelicopterRules::deserialize, RobotRules::Helicopter), "helicopter")
-            }
-        };
-        fields.map_err(|error| (error, Some(format!("for robot {number}, a {name}"))))
+        let (robot, name) = body.read(without_body(table));
+        robot.map_err(|error| (error, Some(format!("for robot {number}, a {name}"))))
     };
     tables.into_iter().zip(named).enumerate().map(read).collect()
 }
 
-/// A robot of a table without its body.
-fn of<'i, T>(
-    mut table: Spanned<DeValue<'i>>,
-    fields: impl FnOnce(ValueDeserializer<'i>) -> Result<T, Error>,
-    robot: impl FnOnce(T) -> RobotRules,
-) -> Result<RobotRules, Error> {
+/// The fields of a robot's table beside its body.
+fn without_body(mut table: Spanned<DeValue<'_>>) -> ValueDeserializer<'_> {
     if let DeValue::Table(fields) = table.get_mut() {
         fields.remove("body");
     }
-    fields(ValueDeserializer::from(table)).map(robot)
+    ValueDeserializer::from(table)
 }

@@ -10,7 +10,7 @@ use serde::de::{MapAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
 
 use super::site::{Given, Site};
-use super::{is_north, is_one_metre, is_yes, north, one_metre, yes};
+use super::{Rules, is_north, is_one_metre, is_yes, north, one_metre, yes};
 use crate::error::refuse;
 use crate::{ScenarioError, exact};
 
@@ -91,9 +91,8 @@ impl CoverGoal {
     }
 }
 
-impl RoverRules {
-    /// The rover on its ground, checked.
-    pub(super) fn on(&self, site: &Site<'_>) -> Result<Robot, ScenarioError> {
+impl Rules for RoverRules {
+    fn on(&mut self, site: &Site<'_>) -> Result<Robot, ScenarioError> {
         let grid = &site.terrain.grid;
         let Some(start) = self.start else {
             return refuse("robots.start", "a cell (x, y)", "nothing".into());

@@ -1,6 +1,6 @@
 //! What the robots of a mission are placed on.
 
-use contract::{Account, Cell};
+use contract::{Account, Cell, Robot};
 use scout_world::Trip;
 use terrain::{Relief, Terrain};
 
@@ -16,6 +16,8 @@ pub(super) struct Site<'a> {
     pub relief: &'a Relief,
     /// Start and goal of a driver that has none of its own, where the ground gives them.
     pub trip: Option<Trip>,
+    /// The first robot that does not look ahead for others, once all those are placed.
+    pub first: Option<Robot>,
     /// What states of the mission tell.
     pub account: Account,
     /// Whether the mission is written as one hopper, without `[[robots]]`.

@@ -1,4 +1,5 @@
-//! What the oracle asks of a body. Each body is a file of this folder that implements it for the parameters of the brief.
+//! What the oracle asks of a body. Each body is a file in the folder `body` that implements it for the parameters of the brief, and
+//! a line in the list here.
 
 use contract::{
     Action, Branch, Cell, Decision, Flight, Ground, Origin, Outcome, Placement, Robot, Standing, Vetoed,
@@ -7,6 +8,27 @@ use contract::{
 
 use super::Oracle;
 use super::actor::Actor;
+
+/// Declares the module of each body, and which of the brief it is for.
+macro_rules! bodies {
+    ($($module:ident => $body:ident,)+) => {
+        $(mod $module;)+
+
+        /// The rules of a robot's body.
+        pub(super) fn of(robot: &Robot) -> &dyn Body {
+            match &robot.body {
+                $(contract::Body::$body(body) => body,)+
+            }
+        }
+    };
+}
+
+bodies! {
+    hopper => Hopper,
+    rover => Rover,
+    driver => Driver,
+    helicopter => Helicopter,
+}
 
 /// What an action comes to, and where it leaves a robot that goes from point to point.
 pub(super) struct Arrival {
@@ -86,16 +108,6 @@ pub(super) trait Body {
     /// The cell to which a step leads, of a body that steps.
     fn step_to(&self, _from: Cell, _action: Action) -> Option<Cell> {
         None
-    }
-}
-
-/// The rules of a robot's body.
-pub(super) fn of(robot: &Robot) -> &dyn Body {
-    match &robot.body {
-        contract::Body::Hopper(hopper) => hopper,
-        contract::Body::Rover(rover) => rover,
-        contract::Body::Driver(driver) => driver,
-        contract::Body::Helicopter(helicopter) => helicopter,
     }
 }
 

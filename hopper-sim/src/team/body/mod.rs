@@ -1,10 +1,5 @@
 //! What each body may do, and what its actions come to.
 
-mod driver;
-mod helicopter;
-mod hopper;
-mod rover;
-
 use ::rover::Drive;
 use contract::{
     Action, Body as Kind, Branch, Flight, Origin, Outcome, Policy, Record, Refusal, RobotId, RouteId,
@@ -15,6 +10,28 @@ use super::RobotTeam;
 use super::travels::Arrival;
 use crate::Mission;
 use crate::guard::Fallback;
+
+/// Declares the module of each body, and which of the brief it is for.
+macro_rules! bodies {
+    ($($module:ident => $body:ident,)+) => {
+        $(mod $module;)+
+
+        /// What a body of that kind does.
+        #[must_use]
+        pub fn of(kind: Kind) -> &'static dyn Body {
+            match kind {
+                $(Kind::$body(_) => &self::$module::$body,)+
+            }
+        }
+    };
+}
+
+bodies! {
+    hopper => Hopper,
+    rover => Rover,
+    driver => Driver,
+    helicopter => Helicopter,
+}
 
 /// A decision of a robot: what it does, and under whom.
 pub use super::roster::Act;
@@ -71,17 +88,6 @@ pub trait Body {
             return Fallback { action, origin: Origin::Policy };
         }
         Fallback { action: Action::Hold, origin: Origin::Hold }
-    }
-}
-
-/// What a body of that kind does.
-#[must_use]
-pub fn of(kind: Kind) -> &'static dyn Body {
-    match kind {
-        Kind::Hopper(_) => &hopper::Hopper,
-        Kind::Rover(_) => &rover::Rover,
-        Kind::Driver(_) => &driver::Driver,
-        Kind::Helicopter(_) => &helicopter::Helicopter,
     }
 }
 

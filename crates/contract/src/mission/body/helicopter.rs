@@ -3,10 +3,10 @@
 use serde::{Deserialize, Serialize};
 
 use super::BodyKind;
-use crate::Action;
 use crate::block::Block;
 use crate::codec::{DISTANCE, SPEED};
 use crate::mission::kind::Kind;
+use crate::{Action, Robot};
 
 /// Flies from point to point, above all others.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -29,6 +29,10 @@ impl Kind for Helicopter {
 impl BodyKind for Helicopter {
     fn word(&self) -> &'static str {
         "helicopter"
+    }
+
+    fn in_words(&self, _: &Robot) -> String {
+        format!(", {} m/s, {} m of flight", self.speed_mps, self.budget_m)
     }
 
     /// It flies above all others.

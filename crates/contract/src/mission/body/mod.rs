@@ -1,29 +1,15 @@
 //! What a robot is: how it gets about, and what anyone may know of that.
 
-mod driver;
-mod helicopter;
-mod hopper;
-mod rover;
-
 use super::kind::kinds;
-use crate::Action;
-
-pub use driver::Driver;
-pub use helicopter::Helicopter;
-pub use hopper::{Hopper, MotionParameters, SoilMotion};
-pub use rover::Rover;
+use crate::{Action, Robot};
 
 kinds! {
     /// What a robot is, with what its actions depend on.
     pub enum Body, each BodyKind, block of 16, refused as "robot.body" {
-        /// Hops to one of four cells at a time.
-        Hopper(Hopper) = 1,
-        /// Drives to one of the four neighbouring cells at a time.
-        Rover(Rover) = 2,
-        /// Drives from point to point, as fast as the ground lets it.
-        Driver(Driver) = 3,
-        /// Flies from point to point, above all others.
-        Helicopter(Helicopter) = 4,
+        hopper => Hopper(Hopper) = 1, "Hops to one of four cells at a time.";
+        rover => Rover(Rover) = 2, "Drives to one of the four neighbouring cells at a time.";
+        driver => Driver(Driver) = 3, "Drives from point to point, as fast as the ground lets it.";
+        helicopter => Helicopter(Helicopter) = 4, "Flies from point to point, above all others.";
     }
 }
 
@@ -31,6 +17,12 @@ kinds! {
 pub trait BodyKind {
     /// What people call it.
     fn word(&self) -> &'static str;
+
+    /// What `hopper scenario check` says of its parameters, behind where it starts and what it shall do; empty for nothing.
+    fn in_words(&self, robot: &Robot) -> String {
+        let _ = robot;
+        String::new()
+    }
 
     /// Whether it takes up the cell that it is on.
     fn is_on_ground(&self) -> bool {

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::BodyKind;
+use crate::Robot;
 use crate::block::Block;
 use crate::codec::SPEED;
 use crate::mission::kind::Kind;
@@ -25,5 +26,9 @@ impl Kind for Rover {
 impl BodyKind for Rover {
     fn word(&self) -> &'static str {
         "rover"
+    }
+
+    fn in_words(&self, robot: &Robot) -> String {
+        format!(" facing {}, {} m/s", robot.start.heading, self.speed_mps)
     }
 }

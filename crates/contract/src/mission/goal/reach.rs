@@ -36,6 +36,14 @@ impl Kind for Reach {
 }
 
 impl GoalKind for Reach {
+    fn in_words(&self, grid: &Grid) -> Option<String> {
+        Some(if self.radius_m > 0.0 {
+            format!("to within {} m of {}", self.radius_m, self.at)
+        } else {
+            format!("to {}", self.at.cell_of(grid))
+        })
+    }
+
     fn cell(&self, grid: &Grid, _: u64) -> Option<Cell> {
         Some(self.at.cell_of(grid))
     }

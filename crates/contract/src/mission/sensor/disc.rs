@@ -69,4 +69,8 @@ impl Kind for SensorParameters {
     }
 }
 
-impl SensorKind for SensorParameters {}
+impl SensorKind for SensorParameters {
+    fn in_words(&self) -> Option<String> {
+        Some("a disc that grows with its height".into())
+    }
+}

@@ -28,6 +28,14 @@ impl Kind for ErringCamera {
 }
 
 impl SensorKind for ErringCamera {
+    fn in_words(&self) -> Option<String> {
+        Some(format!(
+            "{:.1} m to each side, {:.1} % of the speeds right",
+            self.radius_m,
+            100.0 * self.accuracy
+        ))
+    }
+
     fn view_m(&self) -> Option<f64> {
         Some(self.radius_m)
     }

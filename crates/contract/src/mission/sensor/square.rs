@@ -28,4 +28,8 @@ impl Kind for Square {
     }
 }
 
-impl SensorKind for Square {}
+impl SensorKind for Square {
+    fn in_words(&self) -> Option<String> {
+        Some(format!("{0} x {0} cells", 2 * self.range_cells + 1))
+    }
+}

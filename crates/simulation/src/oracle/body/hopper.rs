@@ -8,9 +8,9 @@ use contract::{
 use hopper_sim::Mission;
 use motion::{Domain, Draw};
 
-use super::Oracle;
-use super::body::{Arrival, Body};
-use super::goal::goal_cell;
+use super::{Arrival, Body};
+use crate::oracle::Oracle;
+use crate::oracle::goal::goal_cell;
 
 impl Body for Hopper {
     fn hops(&self) -> bool {

@@ -3,10 +3,10 @@
 use contract::{Action, Branch, Cell, Decision, Direction, Flight, Outcome, Rover};
 use hopper_sim::Mission;
 
-use super::Oracle;
-use super::body::{Arrival, Body};
-use super::covering::{index, is_free};
-use super::goal::goals_of_hoppers;
+use super::{Arrival, Body};
+use crate::oracle::Oracle;
+use crate::oracle::covering::{index, is_free};
+use crate::oracle::goal::goals_of_hoppers;
 
 impl Body for Rover {
     fn may(&self, _oracle: &Oracle, _number: usize, action: Action) -> bool {

@@ -4,10 +4,10 @@
 use contract::{Action, Branch, Decision, Driver, Flight, Outcome, Waypoint};
 use rover::{Allowance, Drive, DriveEnd, Point, SOL_HOURS};
 
-use super::Oracle;
-use super::along;
-use super::body::{Arrival, Body};
-use super::uncertain::point;
+use super::{Arrival, Body};
+use crate::oracle::Oracle;
+use crate::oracle::along;
+use crate::oracle::uncertain::point;
 
 /// The longest that a rover drives in a stage which is not the last, in Sol.
 const STAGE_SOL: f64 = 1.0;

@@ -2,11 +2,11 @@
 
 use contract::{Action, Branch, Decision, Flight, Helicopter, Outcome};
 
-use super::Oracle;
-use super::actor::Actor;
-use super::along;
-use super::body::{Arrival, Body};
-use super::uncertain::{TOLERANCE_M, point};
+use super::{Arrival, Body};
+use crate::oracle::Oracle;
+use crate::oracle::actor::Actor;
+use crate::oracle::along;
+use crate::oracle::uncertain::{TOLERANCE_M, point};
 
 impl Body for Helicopter {
     fn is_on_ground(&self) -> bool {
