@@ -1,5 +1,5 @@
-//! The guides of ARCHITECTURE.md, followed on an example: a message, a planner and a layer of the map are added to a copy of the
-//! tree.
+//! The guides of ARCHITECTURE.md, followed on an example: a message, a planner, a layer of the map and a goal are added to a copy of
+//! the tree.
 
 #[path = "guides/check.rs"]
 #[allow(dead_code, reason = "its main runs in the copy")]
@@ -38,10 +38,11 @@ fn named(guide: &str) -> BTreeSet<String> {
 }
 
 /// Each guide with the patch of its example, and how many files it takes.
-const GUIDES: [(&str, &str, usize); 3] = [
+const GUIDES: [(&str, &str, usize); 4] = [
     ("Add a message", "add-a-message", 4),
     ("Add a planner", "add-a-planner", 3),
     ("Add a layer", "add-a-layer", 2),
+    ("Add a goal", "add-a-goal", 7),
 ];
 
 /// P-GUIDES.
@@ -65,14 +66,20 @@ fn each_guide_names_every_file_that_its_example_touches() {
     assert_eq!(patches, known, "each patch belongs to a guide");
 }
 
-/// A layer is a file and a line: its example adds one line to the list, and names no display.
+/// A layer is a file and a line, and a goal is in each crate that decides about it: their examples add one line to each list.
 #[test]
-fn a_layer_is_one_file_and_one_line() {
-    let patch = read("tests/guides/add-a-layer.patch");
-    let list = patch.split("diff --git ").find(|file| file.contains("+++ b/crates/report/src/layers/mod.rs"));
-    let lines = list.unwrap().lines().filter(|line| !line.starts_with("+++") && !line.starts_with("---"));
-    let changed: Vec<&str> = lines.filter(|line| line.starts_with(['+', '-'])).collect();
-    assert_eq!(changed, ["+    quality => Quality,"]);
+fn a_layer_and_a_goal_are_one_file_and_one_line() {
+    for (guide, list, line) in [
+        ("add-a-layer", "crates/report/src/layers/mod.rs", "+    quality => Quality,"),
+        ("add-a-goal", "hopper-sim/src/team/goal/mod.rs", "+    summit => Summit,"),
+        ("add-a-goal", "crates/simulation/src/oracle/goal.rs", "+    summit => Summit,"),
+    ] {
+        let patch = read(format!("tests/guides/{guide}.patch"));
+        let list = patch.split("diff --git ").find(|file| file.contains(&format!("+++ b/{list}")));
+        let lines = list.unwrap().lines().filter(|line| !line.starts_with("+++") && !line.starts_with("---"));
+        let changed: Vec<&str> = lines.filter(|line| line.starts_with(['+', '-'])).collect();
+        assert_eq!(changed, [line]);
+    }
 }
 
 /// The tracked files below `folders`, copied to `copy`. A file keeps its time if it has not changed, so that Cargo
@@ -147,6 +154,7 @@ node.workspace = true
 report.workspace = true
 recording.workspace = true
 scenario.workspace = true
+serde_json.workspace = true
 simulation.workspace = true
 "#;
 
@@ -166,9 +174,10 @@ fn unoptimised(manifest: &str) -> String {
     kept.replacen(section, &(section.to_owned() + &lines), 1)
 }
 
-/// P-GUIDES: A message, a planner and a layer of the map that are added by the guides of
+/// P-GUIDES: A message, a planner, a layer of the map and a goal that are added by the guides of
 /// ARCHITECTURE.md, in the files they name and no others, work: the message has port, memory budget,
-/// simulation and recording, the planner flies, and page, picture and recording show the layer.
+/// simulation and recording, the planner flies, page, picture and recording show the layer, and a
+/// hopper reaches the goal.
 #[test]
 fn what_is_added_by_the_guides_works() {
     // Its own target folder would compile all dependencies again.
@@ -221,4 +230,6 @@ fn what_is_added_by_the_guides_works() {
     }
     assert!(check::flown("beeline").unwrap_err().contains("beeline"), "it flies in the tree itself");
     assert_eq!(list("flown "), BTreeSet::from(["goal".to_owned()]), "{told}");
+    assert!(check::climbed().unwrap_err().contains("summit"), "the tree itself has the goal");
+    assert!(told.contains("climbed goal, higher neighbours: 0"), "{told}");
 }

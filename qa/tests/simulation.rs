@@ -266,7 +266,9 @@ fn hopper_simulate_answers_in_text_and_json_and_refuses_what_are_no_seeds() {
 #[test]
 fn the_checker_computes_map_and_digest_without_the_products_code() {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../crates/simulation/src/");
-    for file in [
+    let goals = std::fs::read_dir(format!("{folder}oracle/goal")).unwrap();
+    let goals = goals.map(|goal| format!("oracle/goal/{}", goal.unwrap().file_name().display()));
+    let files = [
         "checker.rs",
         "checker/dependence.rs",
         "checker/guard.rs",
@@ -294,7 +296,8 @@ fn the_checker_computes_map_and_digest_without_the_products_code() {
         "oracle/rover.rs",
         "oracle/turns.rs",
         "oracle/uncertain.rs",
-    ] {
+    ];
+    for file in files.map(String::from).into_iter().chain(goals) {
         let source = std::fs::read_to_string(format!("{folder}{file}")).unwrap();
         for of_the_product in [
             "perception::",
@@ -317,6 +320,8 @@ fn the_checker_computes_map_and_digest_without_the_products_code() {
             "is_drivable",
             "coverage_world",
             "goal.cell(",
+            "cell_on(",
+            "is_reached_at_start(",
             "cell_of(",
             "goal_after(",
             "is_visit(",

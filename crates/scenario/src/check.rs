@@ -217,7 +217,7 @@ fn in_words(robot: &Robot, brief: &Brief) -> String {
             Goal::Reach(Reach { at, radius_m }) => {
                 format!("rover from {start_at} to within {radius_m} m of {at}")
             }
-            Goal::Visit(_) | Goal::Cover(_) | Goal::LookAhead(_) => format!("rover at {start_at}"),
+            _ => format!("rover at {start_at}"),
         },
         Body::Helicopter(Helicopter { speed_mps, budget_m }) => {
             format!("helicopter at {start_at}, {speed_mps} m/s, {budget_m} m of flight")

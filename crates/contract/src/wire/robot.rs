@@ -105,7 +105,7 @@ mod tests {
         let cases: [(&str, Twist); 12] = [
             ("field robot.body needs", |wire| wire.body = 0),
             ("field robot.sensor needs", |wire| wire.sensor = 6),
-            ("field robot.goal needs", |wire| wire.goal = 5),
+            ("field robot.goal needs", |wire| wire.goal = 99),
             ("field robot.required", |wire| wire.required = 2),
             ("field robot.body.motion.hard.sideways", |wire| wire.body_values[2] = 0.6),
             ("field robot.body.motion.hard.sum", |wire| wire.body_values[0] = 0.5),
