@@ -1,4 +1,4 @@
-//! The guides of ARCHITECTURE.md, followed on an example: a message, a planner, a layer of the map and a body are added to a copy of
+//! The guides of ARCHITECTURE.md, followed on an example: a message, a planner, a layer of the map, a body and a goal are added to a copy of
 //! the tree.
 
 #[path = "guides/check.rs"]
@@ -43,6 +43,7 @@ const GUIDES: &[(&str, &str, usize)] = &[
     ("Add a planner", "add-a-planner", 3),
     ("Add a layer", "add-a-layer", 2),
     ("Add a body", "add-a-body", 11),
+    ("Add a goal", "add-a-goal", 7),
 ];
 
 /// P-GUIDES.
@@ -74,16 +75,19 @@ fn changed(guide: &str, file: &str) -> Vec<String> {
     lines.filter(|line| line.starts_with(['+', '-'])).map(Into::into).collect()
 }
 
-/// A layer is a file and a line: its example adds one line to the list, and names no display. A body is a file and a line in each
-/// crate that has to know bodies.
+/// A layer is a file and a line: its example adds one line to the list, and names no display. A body or a goal is a file and a line
+/// in each crate that has to know it.
 #[test]
-fn layers_and_bodies_are_one_line_in_each_list() {
+fn what_is_added_is_one_line_in_each_list() {
     for (guide, list, line) in [
         ("add-a-layer", "crates/report/src/layers/mod.rs", "+    quality => Quality,"),
         ("add-a-body", "crates/contract/src/mission/body/mod.rs", "+        slider => Slider(Slider) = 5, "),
         ("add-a-body", "hopper-sim/src/team/body/mod.rs", "+    slider => Slider,"),
         ("add-a-body", "crates/simulation/src/oracle/body.rs", "+    slider => Slider,"),
         ("add-a-body", "crates/scenario/src/robots/mod.rs", "+    slider => Slider(SliderRules), "),
+        ("add-a-goal", "crates/contract/src/mission/goal/mod.rs", "+        summit => Summit(Summit) = 5, "),
+        ("add-a-goal", "hopper-sim/src/team/goal/mod.rs", "+    summit => Summit,"),
+        ("add-a-goal", "crates/simulation/src/oracle/goal.rs", "+    summit => Summit,"),
     ] {
         let changed = changed(guide, list);
         assert!(changed.len() == 1 && changed[0].starts_with(line), "{list}: {changed:?}");
@@ -162,6 +166,7 @@ node.workspace = true
 report.workspace = true
 recording.workspace = true
 scenario.workspace = true
+serde_json.workspace = true
 simulation.workspace = true
 "#;
 
@@ -181,10 +186,10 @@ fn unoptimised(manifest: &str) -> String {
     kept.replacen(section, &(section.to_owned() + &lines), 1)
 }
 
-/// P-GUIDES: A message, a planner, a layer of the map and a body that are added by the guides of
-/// ARCHITECTURE.md, in the files they name and no others, work: the message has port, memory budget,
-/// simulation and recording, the planner flies, page, picture and recording show the layer, and the
-/// body reaches its goal.
+/// P-GUIDES: A message, a planner, a layer of the map, a body and a goal that are added by the guides
+/// of ARCHITECTURE.md, in the files they name and no others, work: the message has port, memory
+/// budget, simulation and recording, the planner flies, page, picture and recording show the layer,
+/// the body reaches its goal, and a hopper the new one.
 #[test]
 fn what_is_added_by_the_guides_works() {
     // Its own target folder would compile all dependencies again.
@@ -239,4 +244,6 @@ fn what_is_added_by_the_guides_works() {
     assert_eq!(list("flown "), BTreeSet::from(["goal".to_owned()]), "{told}");
     assert!(check::slid().unwrap_err().contains("slider"), "it slides in the tree itself");
     assert_eq!(list("slid "), BTreeSet::from(["goal".to_owned()]), "{told}");
+    assert!(check::climbed().unwrap_err().contains("summit"), "the tree itself has the goal");
+    assert!(told.contains("climbed goal, higher neighbours: 0"), "{told}");
 }

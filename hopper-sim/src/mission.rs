@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use contract::{
-    Account, Brief, Digest, Goal, Ground, PriorCell, PriorPage, PriorRequest, RobotId, SpeedPrior, Status,
+    Account, Brief, Digest, Ground, PriorCell, PriorPage, PriorRequest, RobotId, SpeedPrior, Status,
     TruthPage, TruthRequest,
 };
 use scenario::Fault;
@@ -76,10 +76,6 @@ pub fn genesis(brief: &Brief, seed: u64) -> Digest {
 #[must_use]
 pub fn opening_status(brief: &Brief) -> Status {
     let robot = &brief.robots[0];
-    let is_there = match robot.goal {
-        Goal::Reach(reach) => robot.start.cell == reach.at.cell_of(&brief.grid),
-        Goal::Visit(_) | Goal::Cover(_) | Goal::LookAhead(_) => false,
-    };
-    let is_there = is_there && brief.account == Account::Hopper;
-    if is_there { Status::Goal } else { Status::Underway }
+    let is_there = robot.goal.is_reached_at_start(&brief.grid, robot);
+    if is_there && brief.account == Account::Hopper { Status::Goal } else { Status::Underway }
 }

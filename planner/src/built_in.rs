@@ -104,7 +104,7 @@ impl Purpose {
     fn is_of(self, brief: &Brief, robot: &Robot) -> bool {
         let looks_ahead = matches!((robot.body, robot.goal), (Body::Helicopter(_), Goal::LookAhead(_)));
         match self {
-            Purpose::Hop => robot.body.hops() && robot.goal.cell(&brief.grid, 0).is_some(),
+            Purpose::Hop => robot.body.hops() && robot.goal.is_place(),
             Purpose::Cover => matches!((robot.body, robot.goal), (Body::Rover(_), Goal::Cover(_))),
             Purpose::Drive => matches!((robot.body, robot.goal), (Body::Driver(_), Goal::Reach(_))),
             Purpose::LookAheadOfDriver => looks_ahead && brief.robots.iter().any(|other| other.body.drives()),

@@ -38,13 +38,17 @@ impl<'a> Situation<'a> {
     }
 }
 
-/// The leg of the hopper `robot` at `state`, which counts visits of goals only where they are those of the one hopper.
-pub(crate) fn leg_at(brief: &Brief, state: &State, robot: RobotId) -> Option<Leg> {
+/// The leg of the hopper `robot` at `state`, which counts visits of goals only where they are those of the one hopper. Until there
+/// is a map, it has none if its goal depends on what has been seen.
+pub(crate) fn leg_at(brief: &Brief, map: Option<&ObservedMap>, state: &State, robot: RobotId) -> Option<Leg> {
     let visits = match brief.account {
         Account::Hopper => state.visits,
         Account::Actions | Account::ActionsWithoutWaits => 0,
     };
-    brief.leg_of(robot, visits)
+    match map {
+        Some(map) => brief.leg_on(map, robot, visits),
+        None => brief.leg_of(robot, visits),
+    }
 }
 
 /// What a decision of a robot that goes from point to point may depend on beside brief, map and team.

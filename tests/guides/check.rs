@@ -1,4 +1,4 @@
-//! What a message, a planner, a layer and a body that were added by the guides of ARCHITECTURE.md must be able to do.
+//! What a message, a planner, a layer, a body and a goal that were added by the guides of ARCHITECTURE.md must be able to do.
 //! `tests/guides.rs` compiles this against a copy of the tree with all of them added.
 
 #![allow(
@@ -8,9 +8,11 @@
 )]
 
 use contract::message::Visitor;
-use contract::{Brief, Message, MonotonicNs, ObservedMap, Request, RobotId, RunId, Status};
+use contract::{
+    Account, Brief, Direction, Goal, Message, MonotonicNs, ObservedMap, Request, RobotId, RunId, Status,
+};
 use hopper_sim::Mission;
-use lockstep::PlannerSchedule;
+use lockstep::{Flown, PlannerSchedule};
 use scenario::{ResolvedScenario, Scenario, ScenarioError};
 
 /// A slider on the slope of a hollow, at whose lowest cell its goal is.
@@ -122,23 +124,45 @@ pub fn layers_recorded() -> Vec<String> {
     layers.map(|channel| channel.name()).collect()
 }
 
+/// The first mission of a scenario.
+fn mission(scenario: Result<Scenario, ScenarioError>) -> Result<Mission, String> {
+    let world = scenario.and_then(|scenario| scenario.resolve()).map_err(|error| error.to_string())?;
+    let ResolvedScenario { brief, terrain, .. } = world;
+    Ok(Mission { brief: Brief { run: RunId(1), ..brief }, terrain, seed: 1, faults: Vec::new() })
+}
+
+/// How `planner` flies a mission in lockstep, or why it cannot.
+fn fly(mission: Mission, planner: &str) -> Result<Flown, String> {
+    let crew = PlannerSchedule::single(planner.parse().unwrap());
+    lockstep::fly(mission, &crew, &mut || MonotonicNs(0), &mut |_| ()).map_err(|error| error.to_string())
+}
+
 /// How `planner` ends on the scenario `hard` in lockstep, or why it cannot fly.
 pub fn flown(planner: &str) -> Result<String, String> {
-    ends(scenario::load("hard"), planner)
+    fly(mission(scenario::load("hard"))?, planner).map(|flown| flown.state.status.to_string())
 }
 
 /// How a slider ends on its slope in lockstep, or why it cannot slide.
 pub fn slid() -> Result<String, String> {
-    ends(Scenario::parse(SLOPE, "the slope"), "downhill")
+    let mission = mission(Scenario::parse(SLOPE, "the slope"))?;
+    fly(mission, "downhill").map(|flown| flown.state.status.to_string())
 }
 
-fn ends(scenario: Result<Scenario, ScenarioError>, planner: &str) -> Result<String, String> {
-    let world = scenario.and_then(|scenario| scenario.resolve()).map_err(|error| error.to_string())?;
-    let ResolvedScenario { brief, terrain, .. } = world;
-    let mission = Mission { brief: Brief { run: RunId(1), ..brief }, terrain, seed: 1, faults: Vec::new() };
-    let crew = PlannerSchedule::single(planner.parse().unwrap());
-    let flown = lockstep::fly(mission, &crew, &mut || MonotonicNs(0), &mut |_| ());
-    flown.map(|flown| flown.state.status.to_string()).map_err(|error| error.to_string())
+/// How a hopper ends on the scenario `hard` that shall stand where nothing in view is higher, and how many of the cells around it are
+/// higher; or why it cannot fly.
+pub fn climbed() -> Result<String, String> {
+    let mut mission = mission(scenario::load("hard"))?;
+    mission.brief.account = Account::ActionsWithoutWaits;
+    // The tree itself does not have the goal.
+    let goal: Result<Goal, _> = serde_json::from_str(r#"{ "summit": {} }"#);
+    mission.brief.robots[0].goal = goal.map_err(|error| error.to_string())?;
+    let (grid, terrain) = (mission.brief.grid, mission.terrain.clone());
+    let flown = fly(mission, "mdp")?;
+    let pose = flown.state.pose;
+    let around =
+        Direction::ALL.into_iter().filter_map(|direction| terrain.ground(grid.hop(pose.cell, direction)));
+    let higher = around.filter(|ground| ground.height_m > pose.height_m).count();
+    Ok(format!("{}, higher neighbours: {higher}", flown.state.status))
 }
 
 /// Prints what it finds, one line a claim.
@@ -153,4 +177,5 @@ pub fn main() {
     println!("layers recorded {}", layers_recorded().join(" "));
     println!("flown {}", flown("beeline").unwrap_or_else(|why| why));
     println!("slid {}", slid().unwrap_or_else(|why| why));
+    println!("climbed {}", climbed().unwrap_or_else(|why| why));
 }

@@ -34,7 +34,7 @@ pub use ending::Ending;
 pub use error::ReportError;
 pub use fallbacks::{Fallbacks, guard_phrase};
 pub use format::Format;
-pub use goals::{goal_cells, goal_points, with_only_goal};
+pub use goals::with_only_goal;
 pub use latency::{Latency, LatencyReport, PerStep, Percentiles};
 pub use layers::Layer;
 pub use phrases::TeamEffort;

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use contract::{Account, Brief, Cell, Goal, Name, Robot, Status};
+use contract::{Account, Brief, Cell, Name, Robot, Status};
 use serde::{Deserialize, Serialize};
 
 use crate::{Ending, with_only_goal};
@@ -42,7 +42,7 @@ impl TeamEffort {
             return None;
         }
         let covered = brief.cover().map(|_| visits);
-        let covers = |robot: &Robot| matches!(robot.goal, Goal::Cover(_) | Goal::LookAhead(_));
+        let covers = |robot: &Robot| robot.goal.cover().is_some() || robot.goal.looks_ahead();
         let is_of_rover = with_only_goal(brief).is_some_and(|(_, robot)| robot.body.drives());
         let is_mixed = !is_of_rover && !brief.robots.iter().all(covers);
         Some(Self { robots: brief.robots.count(), actions, covered, is_mixed })

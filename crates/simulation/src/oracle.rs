@@ -1,13 +1,13 @@
 //! The robots of a mission as they should be, by code that shares nothing with the product's: whose turn it is, what an action
 //! comes to, what is seen, what becomes of each robot, how the mission stands.
 //!
-//! Each body is one file in `oracle/body/`, behind [`body::Body`]. Beside them are turns, what all that go along routes have in
-//! common, covering, uncertain ground, and the parts of the mission with their ends.
+//! Each body is one file in `oracle/body/`, behind [`body::Body`], each goal one in `oracle/goal/`, behind [`goal::Goal`]. Beside them
+//! are turns, what all that go along routes have in common, covering, uncertain ground, and the parts of the mission with their ends.
 
 use std::sync::Arc;
 
 use contract::{
-    Account, Action, Branch, Cell, Collected, Decision, Digest, Goal, Ground, Leader, Origin, Outcome, Pose,
+    Account, Action, Branch, Cell, Collected, Decision, Digest, Ground, Leader, Origin, Outcome, Pose,
     Record, RobotId, RunId, Sensor, State, Team, Vetoed, Waypoint,
 };
 use hopper_sim::Mission;
@@ -20,7 +20,7 @@ use crate::routes::Routes;
 use crate::setup::Missions;
 
 use self::covering::Covering;
-use self::goal::{goal_cell, goals_of_hoppers};
+use self::goal::goals_of_hoppers;
 use self::turns::Turns;
 use self::uncertain::Uncertain;
 
@@ -56,9 +56,8 @@ impl Oracle {
 
     fn with_routes(mission: &Mission, routes: Routes) -> Self {
         let turns = Turns::begin_with(mission);
-        let covers = |number: &usize| matches!(turns.actors[*number].robot.goal, Goal::Cover(_));
         let count = turns.actors.len();
-        let coverers: Vec<usize> = (0..count).filter(covers).collect();
+        let coverers: Vec<usize> = (0..count).filter(|number| turns.actors[*number].covers()).collect();
         let starts = coverers.iter().map(|number| turns.actors[*number].cell).collect();
         let mut begun = Self {
             covering: Covering::begin(mission, starts, goals_of_hoppers(mission)),
@@ -149,7 +148,7 @@ impl Oracle {
         let Mission { brief, terrain, .. } = &*self.mission;
         let ground = terrain.ground(outcome.to).or(terrain.ground(outcome.from));
         let pose = Pose { cell: outcome.to, height_m: ground.map_or(0.0, |ground| ground.height_m) };
-        let goal = goal_cell(&brief.grid, &brief.robots[0], before.visits);
+        let goal = goal::of(&brief.robots[0]).cell(&brief.grid, before.visits);
         let is_visit = lands && goal == Some(outcome.to);
         let covered = self.covering.as_ref().map_or(0, Covering::visits);
         let actors = self.turns.actors.iter();
@@ -318,19 +317,17 @@ impl Model for Oracle {
     /// That of a hopper, whose visits are those of the state where the mission is about it alone.
     fn way(&self, visits: u64) -> Option<Way> {
         let Mission { brief, terrain, .. } = &*self.mission;
-        let actor = self.turns.next_actor().filter(|actor| actor.body().hops())?;
+        let number = self.turns.next()?;
+        let actor = &self.turns.actors[number];
+        if !actor.body().hops() {
+            return None;
+        }
         let visits = if brief.account == Account::Hopper { visits } else { 0 };
-        let start = match actor.robot.goal {
-            Goal::Visit(_) if visits > 0 => goal_cell(&brief.grid, &actor.robot, visits - 1),
-            Goal::Visit(_) | Goal::Reach(_) | Goal::Cover(_) | Goal::LookAhead(_) => {
-                Some(actor.robot.start.cell)
-            }
-        };
         let (motion, sensor) = actor.robot.as_hopper().expect("a hopper has a disc in view");
         let ground = terrain.ground(actor.cell).expect("a hopper that can act stands on the map");
         Some(Way {
-            start: start.expect("a hopper goes to cells"),
-            goal: goal_cell(&brief.grid, &actor.robot, visits).expect("a hopper goes to cells"),
+            start: actor.goal().last(visits).unwrap_or(actor.robot.start.cell),
+            goal: actor.goal().cell_by(self, number, visits).expect("a hopper goes to cells"),
             motion: *motion,
             sensor: *sensor,
             pose: Pose { cell: actor.cell, height_m: ground.height_m },

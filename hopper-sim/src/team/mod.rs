@@ -2,10 +2,11 @@
 //!
 //! The turn of a robot is one path, whatever it is and whatever it shall do: it is due; its body (`body`) refuses the action or
 //! acts; what the action has come to is noted in the order of turns, on the routes and in what is covered; it looks around; its
-//! goal is reached or cannot be any more (`part`). A hopper alone is a team of one.
+//! goal is reached (`goal`) or cannot be any more (`part`). A hopper alone is a team of one.
 
 mod body;
 mod coverage;
+mod goal;
 mod part;
 mod roster;
 mod travels;

@@ -1,25 +1,16 @@
 //! How the goal of each robot stands, and with it the mission.
 //!
-//! A robot is done once its goal is reached: a hopper on its cell, a rover within reach of its point, all rovers that cover
-//! ground once it is covered. Then it stays where it is. The mission reaches its goal once all robots are done that it
+//! A robot is done once its goal is reached, as `goal` says. Then it stays where it is. The mission reaches its goal once all robots are done that it
 //! requires, and fails as soon as one of those cannot be any more: it is lost, has given up or used up its actions, or is a
 //! hopper on whose goal another robot has stopped for good. Others that fail end their own part only. Helicopters look ahead
 //! for others: they have nothing to reach, and no mission requires them.
 
-use contract::{Account, Cell, Goal, RobotId, RobotSet, Standing, Status};
+use contract::{Account, Cell, RobotId, RobotSet, Standing, Status};
 use terrain::Terrain;
 
 use super::RobotTeam;
 use super::coverage::{Coverage, closes_way};
-use super::travels::START_TOLERANCE_M;
-
-/// How the goal of a robot stands.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Part {
-    Open,
-    Done,
-    Failed(Status),
-}
+use super::goal::{self, Part};
 
 impl RobotTeam {
     /// How the mission stands, with the steps of its state.
@@ -55,16 +46,9 @@ impl RobotTeam {
 
     /// How the goal of `robot` stands.
     fn part(&self, robot: RobotId) -> Part {
-        let roster = &self.roster;
-        let entry = roster.entry(robot);
-        if let (Goal::Cover(_), Some(coverage)) = (entry.robot.goal, &self.coverage) {
-            return if coverage.is_covered() {
-                Part::Done
-            } else if coverage.is_at_work(roster) {
-                Part::Open
-            } else {
-                Part::Failed(Status::Lost)
-            };
+        let entry = self.roster.entry(robot);
+        if let Some(part) = goal::of(&entry.robot.goal).common_part(self) {
+            return part;
         }
         match entry.standing {
             Standing::Done => Part::Done,
@@ -130,25 +114,8 @@ impl RobotTeam {
         if entry.robot.body.hops() && !terrain.ground(entry.at.cell).is_some_and(|ground| ground.passable) {
             return Some(Standing::Stranded);
         }
-        self.is_at_goal(robot, steps).then_some(Standing::Done)
-    }
-
-    /// Whether `robot`, which is active, has reached its goal or made its visits. [`Coverage`] decides when those that cover ground
-    /// are done, and a robot that looks ahead never is.
-    fn is_at_goal(&self, robot: RobotId, steps: u64) -> bool {
-        let entry = self.roster.entry(robot);
-        match (entry.robot.goal, self.travels.get(robot)) {
-            (Goal::Reach(reach), Some(travel)) => {
-                let is_near = travel.at.distance_m(reach.at) <= reach.radius_m + START_TOLERANCE_M;
-                is_near && !travel.is_under_way()
-            }
-            (Goal::Reach(reach), None) => {
-                let in_time = self.brief.account != Account::Hopper || steps <= self.brief.limits.steps_max;
-                entry.at.cell == reach.at.cell_of(&self.brief.grid) && in_time
-            }
-            (Goal::Visit(visit), _) => self.roster.actions(robot) >= visit.hops_max,
-            (Goal::Cover(_) | Goal::LookAhead(_), _) => false,
-        }
+        let is_reached = goal::of(&entry.robot.goal).is_reached(self, terrain, robot, steps);
+        is_reached.then_some(Standing::Done)
     }
 
     /// Distinct cells that rovers have covered.

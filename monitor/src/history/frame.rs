@@ -4,7 +4,6 @@ use contract::{
     Account, Action, Brief, Cell, Decision, Grid, MonotonicNs, Policy, Robot, RobotId, Stage, Vetoed,
     Waypoint,
 };
-use report::{goal_cells, goal_points};
 use serde::Serialize;
 use serde_json::{Value, json};
 use speed_layer::{SpeedEstimate, SpeedLayer, SpeedRow};
@@ -176,7 +175,7 @@ fn frame(event: &'static str, data: &Value) -> Frame {
 
 fn mission(brief: &Brief) -> Value {
     let first = &brief.robots[0];
-    let goals = goal_cells(&first.goal, &brief.grid);
+    let goals = first.goal.cells(&brief.grid);
     json!({
         "run": brief.run,
         "scenario": brief.scenario,
@@ -205,7 +204,7 @@ fn robot(robot: &Robot, grid: &Grid) -> Value {
         "body": robot.body.name(),
         "sensor": robot.sensor,
         "start": place(robot.start_at),
-        "goals": goal_points(&robot.goal, grid).into_iter().map(place).collect::<Vec<_>>(),
+        "goals": robot.goal.points(grid).into_iter().map(place).collect::<Vec<_>>(),
     })
 }
 

@@ -1,15 +1,15 @@
 //! The observed map in characters, with routes, robots and goals on it.
 
-use contract::{Account, Action, Branch, Brief, Cell, Decision, Direction, Goal, Robot, RobotId, Waypoint};
+use contract::{Account, Action, Branch, Brief, Cell, Decision, Direction, Robot, RobotId, Waypoint};
 use ratatui::Frame;
 use ratatui::layout::Rect;
 use ratatui::style::{Color, Modifier, Style};
 
 use monitor::History;
 use monitor::history::{Hop, Seen, SeenCells};
+use report::Layer;
 use report::colour;
 use report::layers::Look;
-use report::{Layer, goal_cells};
 
 use crate::ViewSettings;
 use crate::layer::{ink, texture, visits};
@@ -190,7 +190,7 @@ impl<'a> View<'a> {
         // The goals of a mission's hopper are drawn last, by the caller.
         let others = if brief.account == Account::Hopper { 1 } else { 0 };
         for robot in &brief.robots[others..] {
-            let goals = goal_cells(&robot.goal, &brief.grid);
+            let goals = robot.goal.cells(&brief.grid);
             if robot.body.drives() && !goals.is_empty() {
                 put(robot.start_at.cell_of(&brief.grid), "S ", START);
             }
@@ -258,7 +258,7 @@ impl<'a> View<'a> {
 
 /// Whether each robot's way is drawn in its colour: not of a lone hopper, nor where all robots cover ground.
 fn has_ways(brief: &Brief) -> bool {
-    let covers = |robot: &Robot| matches!(robot.goal, Goal::Cover(_));
+    let covers = |robot: &Robot| robot.goal.cover().is_some();
     brief.has_team() && !brief.robots.iter().all(covers)
 }
 

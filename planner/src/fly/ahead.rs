@@ -46,7 +46,9 @@ impl LookAhead {
         idles: Action,
     ) -> Plan {
         let idle = |action| Plan::at_once(action, PlanStatus::Solved);
-        let Some(leg) = leg_at(situation.brief, situation.state, robot) else { return idle(idles) };
+        let Some(leg) = leg_at(situation.brief, Some(situation.map), situation.state, robot) else {
+            return idle(idles);
+        };
         let state =
             &State { pose: Pose { cell: hopper.at.cell, ..situation.state.pose }, ..*situation.state };
         let map = situation.map;

@@ -129,9 +129,10 @@ impl Knowledge {
         self.map.ask(now)
     }
 
-    /// Brings up to date what follows from several messages: the state and the map of a hopper among other robots.
+    /// Brings up to date what follows from several messages: leg, state and map of a hopper among other robots.
     pub fn refresh(&mut self) {
         if self.mission.brief().is_some_and(|brief| brief.account != Account::Hopper) {
+            self.begin_leg();
             self.own_state = self.own_state();
             self.close();
         }
@@ -249,7 +250,7 @@ impl Knowledge {
         let known = self.mission.brief().zip(self.mission.state());
         self.leg = known.and_then(|(brief, state)| {
             let due = if brief.has_team() { self.mission.team()?.due } else { RobotId(0) };
-            leg_at(brief, state, due)
+            leg_at(brief, self.map.map(), state, due)
         });
     }
 

@@ -121,10 +121,7 @@ impl Brief {
     /// How much ground rovers shall cover, if any shall.
     #[must_use]
     pub fn cover(&self) -> Option<Cover> {
-        self.robots.iter().find_map(|robot| match robot.goal {
-            Goal::Cover(cover) => Some(cover),
-            _ => None,
-        })
+        self.robots.iter().find_map(|robot| robot.goal.cover())
     }
 
     /// The goal of robot 0 after so many visits, if it is one cell after another.

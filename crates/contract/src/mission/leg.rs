@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::brief::{Guard, Limits, Payoff, Priors, Weights};
 use super::reading::Reading;
-use crate::{Brief, Cell, Grid, MotionParameters, Profile, RobotId, RunId, SensorParameters};
+use crate::{Brief, Cell, Grid, MotionParameters, ObservedMap, Profile, RobotId, RunId, SensorParameters};
 
 /// One hopper's way from a start to a goal, with everything else that a plan for it may depend on beside map and state. For a
 /// hopper that is alone it is the whole mission, for one that visits several goals the stretch between two of them, and among
@@ -45,9 +45,21 @@ impl Brief {
     /// The leg that `robot` flies after so many visits; `None` unless it is a hopper that goes to cells.
     #[must_use]
     pub fn leg_of(&self, robot: RobotId, visits: u64) -> Option<Leg> {
+        let goal = self.robots.at(robot)?.goal.cell(&self.grid, visits)?;
+        self.leg_to(goal, robot, visits)
+    }
+
+    /// As [`Brief::leg_of`], by what has been seen: of goals, too, that are known only then.
+    #[must_use]
+    pub fn leg_on(&self, map: &ObservedMap, robot: RobotId, visits: u64) -> Option<Leg> {
+        let hopper = self.robots.at(robot)?;
+        let goal = hopper.goal.cell_on(map, hopper, visits)?;
+        self.leg_to(goal, robot, visits)
+    }
+
+    fn leg_to(&self, goal: Cell, robot: RobotId, visits: u64) -> Option<Leg> {
         let hopper = self.robots.at(robot)?;
         let (motion, sensor) = hopper.as_hopper()?;
-        let goal = hopper.goal.cell(&self.grid, visits)?;
         let start = match visits.checked_sub(1) {
             Some(last) if matches!(hopper.goal, crate::Goal::Visit(_)) => {
                 hopper.goal.cell(&self.grid, last)?

@@ -191,7 +191,7 @@ fn robots_from_wire(cells: &[RobotV1], grid: &Grid, account: Account) -> Result<
         return Err(Refusal::malformed("robot.required", "1 of at least one robot", 0));
     }
     let is_of_hopper = || {
-        let looks_ahead = |robot: &Robot| matches!(robot.goal, Goal::LookAhead(_));
+        let looks_ahead = |robot: &Robot| robot.goal.looks_ahead();
         robots[0].as_hopper().is_some()
             && robots[0].goal.cell(grid, 0).is_some()
             && robots[1..].iter().all(looks_ahead)

@@ -7,9 +7,9 @@ use contract::{
     State, Team, Waypoint,
 };
 use prost::Message as _;
+use report::Layer;
 use report::colour;
 use report::layers::{Look, Value};
-use report::{Layer, goal_points};
 
 use super::point_cloud::{Cloud, Point};
 use super::speeds::Speeds;
@@ -240,7 +240,7 @@ impl Views {
             let goal = brief.goal_after(self.visits);
             return goal.into_iter().map(|goal| middle(brief, goal, 0.0)).collect();
         }
-        let goals = brief.robots.iter().flat_map(|robot| goal_points(&robot.goal, &brief.grid));
+        let goals = brief.robots.iter().flat_map(|robot| robot.goal.points(&brief.grid));
         goals.map(at).collect()
     }
 

@@ -17,7 +17,7 @@ use super::tile_map::TileMap;
 use crate::colour;
 use crate::layers::{Look, Value};
 use crate::phrases::{EndSentence, TeamEffort, counted, planners_in_order, planners_of_team};
-use crate::{Ending, Layer, ReportError, goal_cells};
+use crate::{Ending, Layer, ReportError};
 
 /// Smallest distance of two policy arrows, as a share of the plot's longer side.
 const ARROW_PITCH_MIN: f64 = 0.026;
@@ -324,7 +324,7 @@ impl Picture<'_> {
         }
         let (x, y) = frame.centre(self.start());
         svg.raw(&symbols::start(x, y, size));
-        for goal in goal_cells(&self.brief.robots[0].goal, &self.brief.grid) {
+        for goal in self.brief.robots[0].goal.cells(&self.brief.grid) {
             let (x, y) = frame.centre(goal);
             svg.raw(&symbols::goal(x, y, size));
         }

@@ -9,8 +9,8 @@ use super::frame::Frame;
 use super::mission::Picture;
 use super::svg_writer::{Number, SvgWriter};
 use super::symbols;
+use crate::Layer;
 use crate::colour;
-use crate::{Layer, goal_points};
 
 /// Opacity of a cell that was visited once, and what each further visit adds.
 const ONCE: f64 = 0.22;
@@ -167,7 +167,7 @@ impl Picture<'_> {
     /// Start and goals of each robot whose goals are places.
     fn ends(&self, svg: &mut SvgWriter, frame: &Frame) {
         for robot in self.brief.robots.iter() {
-            let goals = goal_points(&robot.goal, &self.brief.grid);
+            let goals = robot.goal.points(&self.brief.grid);
             if goals.is_empty() {
                 continue;
             }

@@ -7,7 +7,7 @@ mod read;
 mod site;
 
 use contract::limits::ROBOTS_MAX;
-use contract::{Account, Cell, CoverMode, Direction, Goal, Grid, Name, Robot, RobotId};
+use contract::{Account, Cell, CoverMode, Direction, Grid, Name, Robot, RobotId};
 #[cfg(test)]
 use schemars::JsonSchema;
 use scout_world::Trip;
@@ -314,11 +314,8 @@ fn check_distinct(robots: &[Robot], grid: &Grid) -> Result<(), ScenarioError> {
 fn check_goals_are_open(robots: &[Robot], grid: &Grid) -> Result<(), ScenarioError> {
     for (number, robot) in robots.iter().enumerate() {
         let is_goal = |other: &Robot| other.body.hops() && other.goal.cell(grid, 0) == Some(robot.start.cell);
-        let stays = match robot.goal {
-            Goal::Cover(_) => true,
-            Goal::Reach(goal) => robot.body.drives() && robot.start_at.distance_m(goal.at) <= goal.radius_m,
-            Goal::Visit(_) | Goal::LookAhead(_) => false,
-        };
+        let is_done = robot.body.drives() && robot.goal.is_reached_at_start(grid, robot);
+        let stays = is_done || robot.goal.cover().is_some();
         if stays && let Some(hopper) = robots.iter().position(is_goal) {
             let need =
                 "another cell than the goal of a hopper, for a rover that covers ground or is at its goal";
@@ -331,17 +328,15 @@ fn check_goals_are_open(robots: &[Robot], grid: &Grid) -> Result<(), ScenarioErr
 
 /// Refuses rovers that cover different shares, or in different modes, and regions of their own among robots of other bodies.
 fn check_cover(robots: &[Robot]) -> Result<(), ScenarioError> {
-    let mut covers = robots.iter().enumerate().filter_map(|(number, robot)| match robot.goal {
-        Goal::Cover(cover) => Some((number, cover)),
-        Goal::Reach(_) | Goal::Visit(_) | Goal::LookAhead(_) => None,
-    });
+    let covers = robots.iter().enumerate();
+    let mut covers = covers.filter_map(|(number, robot)| Some((number, robot.goal.cover()?)));
     let Some((first, cover)) = covers.next() else { return Ok(()) };
     if let Some((other, another)) = covers.find(|(_, another)| *another != cover) {
         let [one, another] = [cover, another].map(rover::in_words);
         let got = format!("{one} of robot {first} and {another} of robot {other}");
         return refuse("robots.goal", "the same for all rovers", got);
     }
-    let is_rover = |robot: &Robot| matches!(robot.goal, Goal::Cover(_));
+    let is_rover = |robot: &Robot| robot.goal.cover().is_some();
     match robots.iter().position(|robot| !is_rover(robot)) {
         Some(other) if cover.mode == CoverMode::Voronoi => refuse(
             "robots.goal.mode",

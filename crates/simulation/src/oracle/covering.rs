@@ -1,7 +1,9 @@
 //! How much of their ground the robots that cover it have covered, as it should be.
 
-use contract::{Cell, Cover, CoverMode, Goal};
+use contract::{Cell, Cover, CoverMode};
 use hopper_sim::Mission;
+
+use super::goal;
 
 /// What rovers have visited, and what they still have to.
 #[derive(Clone, Debug)]
@@ -22,10 +24,7 @@ impl Covering {
     /// Before the first action of rovers that start at `starts` and keep off the cells `kept`; `None` in a mission that has nothing to
     /// cover.
     pub fn begin(mission: &Mission, starts: Vec<Cell>, kept: Vec<Cell>) -> Option<Self> {
-        let cover = mission.brief.robots.iter().find_map(|robot| match robot.goal {
-            Goal::Cover(cover) => Some(cover),
-            Goal::Reach(_) | Goal::Visit(_) | Goal::LookAhead(_) => None,
-        });
+        let cover = mission.brief.robots.iter().find_map(|robot| goal::of(robot).cover());
         let mut covered = Self {
             cover: cover?,
             first_visits: vec![0; starts.len()],

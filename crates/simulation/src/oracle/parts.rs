@@ -2,8 +2,7 @@
 
 use contract::{Account, Cell, Goal, Standing, Status};
 
-use super::goal::goal_cell;
-use super::{Oracle, along};
+use super::Oracle;
 
 /// How the goal of a robot stands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -28,13 +27,6 @@ impl Oracle {
         })
     }
 
-    /// Whether a robot that goes from cell to cell is in that of its goal, and in time where the mission counts its steps.
-    fn is_in_goal_cell(&self, number: usize, steps: u64) -> bool {
-        let (brief, actor) = (&self.mission.brief, &self.turns.actors[number]);
-        let in_time = brief.account != Account::Hopper || steps <= brief.limits.steps_max;
-        goal_cell(&brief.grid, &actor.robot, 0) == Some(actor.cell) && in_time
-    }
-
     /// Robots that cover ground and have nothing left to cover are done.
     pub(super) fn retire(&mut self) {
         let Some(covering) = &self.covering else { return };
@@ -57,14 +49,14 @@ impl Oracle {
         if actor.is_active() {
             if actor.body().hops() && !stands {
                 standing = Standing::Stranded;
-            } else if self.is_at_goal(number, steps) {
+            } else if actor.goal().is_reached(self, number, steps) {
                 standing = Standing::Done;
             } else if is_limited && is_spent {
                 standing = actor.gave_up();
             }
         }
         // A robot that covers ground closes its cell only where it fails, which `take` sees to.
-        let closes = actor.body().is_on_ground() && !matches!(actor.robot.goal, Goal::Cover(_));
+        let closes = actor.body().is_on_ground() && !actor.covers();
         let actor = &mut self.turns.actors[number];
         // Who acts no more waits for nobody.
         (actor.standing, actor.waits) = (standing, actor.waits && standing == Standing::Active);
@@ -74,29 +66,15 @@ impl Oracle {
         }
     }
 
-    /// Whether a robot is where it shall go and has no further point to go to, or has made its visits. [`Oracle::retire`] ends those
-    /// that cover ground.
-    fn is_at_goal(&self, number: usize, steps: u64) -> bool {
-        let actor = &self.turns.actors[number];
-        match actor.robot.goal {
-            Goal::Reach(reach) if actor.body().along_route().is_some() => {
-                along::has_reached(self, number, &reach)
-            }
-            Goal::Reach(_) => self.is_in_goal_cell(number, steps),
-            Goal::Visit(visit) => actor.actions >= visit.hops_max,
-            Goal::Cover(_) | Goal::LookAhead(_) => false,
-        }
-    }
-
     /// A robot on the ground stays where it is for good.
     pub(super) fn close(&mut self) {
         let actors = &self.turns.actors;
         let active = self.coverers.iter().map(|number| &actors[*number]);
         let active: Vec<Cell> = active.filter(|actor| actor.is_active()).map(|actor| actor.cell).collect();
         let on_ground = actors.iter().filter(|actor| actor.body().is_on_ground());
-        let closed = on_ground.filter(|actor| match actor.robot.goal {
-            Goal::Cover(_) => actor.standing == Standing::Stranded,
-            Goal::Reach(_) | Goal::Visit(_) | Goal::LookAhead(_) => !actor.is_active(),
+        let closed = on_ground.filter(|actor| match actor.covers() {
+            true => actor.standing == Standing::Stranded,
+            false => !actor.is_active(),
         });
         let closed: Vec<Cell> = closed.map(|actor| actor.cell).collect();
         if let Some(covering) = &mut self.covering {
@@ -138,7 +116,9 @@ impl Oracle {
     /// How the goal of a robot stands.
     fn part(&self, number: usize) -> Part {
         let actor = &self.turns.actors[number];
-        if let (Goal::Cover(_), Some(covering)) = (actor.robot.goal, &self.covering) {
+        if actor.covers()
+            && let Some(covering) = &self.covering
+        {
             return if covering.is_all_covered(&self.mission) {
                 Part::Done
             } else if self.is_covering() {
@@ -151,7 +131,7 @@ impl Oracle {
         if hops && self.mission.terrain.ground(actor.cell).is_none() {
             return Part::Failed(Status::LeftMap);
         }
-        let goal = goal_cell(&self.mission.brief.grid, &actor.robot, 0);
+        let goal = actor.goal().cell(&self.mission.brief.grid, 0);
         let is_taken = hops && goal.is_some_and(|goal| self.is_taken_for_good(number, goal));
         match actor.standing {
             Standing::Stranded => Part::Failed(Status::Lost),

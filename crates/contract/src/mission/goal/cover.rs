@@ -48,4 +48,8 @@ impl Kind for Cover {
     }
 }
 
-impl GoalKind for Cover {}
+impl GoalKind for Cover {
+    fn cover(&self) -> Option<Cover> {
+        Some(*self)
+    }
+}

@@ -16,4 +16,8 @@ impl Kind for LookAhead {
     fn parameters(&mut self, _: &mut Block<'_>) {}
 }
 
-impl GoalKind for LookAhead {}
+impl GoalKind for LookAhead {
+    fn looks_ahead(&self) -> bool {
+        true
+    }
+}

@@ -1,7 +1,7 @@
 //! What a robot shall do.
 
 use super::kind::kinds;
-use crate::{Cell, Grid};
+use crate::{Cell, Grid, ObservedMap, Robot, Waypoint};
 
 kinds! {
     /// What a robot shall do.
@@ -13,16 +13,54 @@ kinds! {
     }
 }
 
-/// What can be asked of any goal.
+/// What can be asked of any goal. A goal of which everything holds as it is by default is a task that has no place, and that each
+/// robot does on its own.
 pub trait GoalKind {
     /// Where a robot with this goal goes, as `hopper scenario check` says it: `to`, and the place; `None` if to no single place.
     fn in_words(&self, grid: &Grid) -> Option<String> {
         self.cell(grid, 0).map(|cell| format!("to {cell}"))
     }
 
-    /// The cell to go to after so many visits, if the goal is one cell after another.
+    /// The cell to go to after so many visits, if it is known before the mission.
     fn cell(&self, grid: &Grid, visits: u64) -> Option<Cell> {
         let _ = (grid, visits);
         None
+    }
+
+    /// The cell to go to after so many visits, by what has been seen: what planners of hoppers plan for.
+    fn cell_on(&self, map: &ObservedMap, robot: &Robot, visits: u64) -> Option<Cell> {
+        let _ = robot;
+        self.cell(&map.grid, visits)
+    }
+
+    /// Whether it is reached by standing somewhere.
+    fn is_place(&self) -> bool {
+        false
+    }
+
+    /// The cells by which displays mark it, in the order of the visits.
+    fn cells(&self, grid: &Grid) -> Vec<Cell> {
+        self.cell(grid, 0).into_iter().collect()
+    }
+
+    /// As [`GoalKind::cells`], but exactly.
+    fn points(&self, grid: &Grid) -> Vec<Waypoint> {
+        self.cells(grid).into_iter().map(|cell| Waypoint::middle_of(grid, cell)).collect()
+    }
+
+    /// Whether `robot`, whose goal it is, has reached it where it starts.
+    fn is_reached_at_start(&self, grid: &Grid, robot: &Robot) -> bool {
+        let _ = (grid, robot);
+        false
+    }
+
+    /// How much ground shall be visited, if that is the goal. The robot may then stay wherever it is once the ground is covered.
+    fn cover(&self) -> Option<Cover> {
+        None
+    }
+
+    /// Whether it only serves the goals of others, and is itself never reached.
+    fn looks_ahead(&self) -> bool {
+        false
     }
 }

@@ -82,6 +82,14 @@ impl GoalKind for Visit {
     fn cell(&self, _: &Grid, visits: u64) -> Option<Cell> {
         Some(self.goal(visits))
     }
+
+    fn is_place(&self) -> bool {
+        true
+    }
+
+    fn cells(&self, _: &Grid) -> Vec<Cell> {
+        self.goals().to_vec()
+    }
 }
 
 /// The fields of a [`Visit`] as read, not yet checked.

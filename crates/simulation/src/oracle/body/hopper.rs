@@ -10,7 +10,6 @@ use motion::{Domain, Draw};
 
 use super::{Arrival, Body};
 use crate::oracle::Oracle;
-use crate::oracle::goal::goal_cell;
 
 impl Body for Hopper {
     fn hops(&self) -> bool {
@@ -72,7 +71,7 @@ impl Body for Hopper {
             return None;
         }
         let (grid, actor) = (oracle.mission.brief.grid, &oracle.turns.actors[number]);
-        let (goal, at) = (goal_cell(&grid, &actor.robot, 0)?, actor.cell);
+        let (goal, at) = (actor.goal().cell(&grid, 0)?, actor.cell);
         let is_passable = |cell: Cell| {
             let index = grid.contains(cell).then(|| grid.index(cell)).flatten();
             index.is_some_and(|index| known[index].is_none_or(|ground| ground.passable))
