@@ -1,5 +1,5 @@
-//! The guides of ARCHITECTURE.md, followed on an example: a message, a planner and a layer of the map are added to a copy of the
-//! tree.
+//! The guides of ARCHITECTURE.md, followed on an example: a message, a planner, a layer of the map and a sensor are added to a copy
+//! of the tree.
 
 #[path = "guides/check.rs"]
 #[allow(dead_code, reason = "its main runs in the copy")]
@@ -38,10 +38,11 @@ fn named(guide: &str) -> BTreeSet<String> {
 }
 
 /// Each guide with the patch of its example, and how many files it takes.
-const GUIDES: [(&str, &str, usize); 3] = [
+const GUIDES: [(&str, &str, usize); 4] = [
     ("Add a message", "add-a-message", 4),
     ("Add a planner", "add-a-planner", 3),
     ("Add a layer", "add-a-layer", 2),
+    ("Add a sensor", "add-a-sensor", 7),
 ];
 
 /// P-GUIDES.
@@ -65,14 +66,21 @@ fn each_guide_names_every_file_that_its_example_touches() {
     assert_eq!(patches, known, "each patch belongs to a guide");
 }
 
-/// A layer is a file and a line: its example adds one line to the list, and names no display.
+/// Lines that the example of a guide adds to a file of the tree or removes from it.
+fn changed(patch: &str, file: &str) -> Vec<String> {
+    let patch = read(format!("tests/guides/{patch}.patch"));
+    let list = patch.split("diff --git ").find(|part| part.contains(&format!("+++ b/{file}\n")));
+    let lines = list.unwrap().lines().filter(|line| !line.starts_with("+++") && !line.starts_with("---"));
+    lines.filter(|line| line.starts_with(['+', '-'])).map(Into::into).collect()
+}
+
+/// A layer is a file and a line: its example adds one line to the list, and names no display. So is what the checker knows of a
+/// sensor.
 #[test]
 fn a_layer_is_one_file_and_one_line() {
-    let patch = read("tests/guides/add-a-layer.patch");
-    let list = patch.split("diff --git ").find(|file| file.contains("+++ b/crates/report/src/layers/mod.rs"));
-    let lines = list.unwrap().lines().filter(|line| !line.starts_with("+++") && !line.starts_with("---"));
-    let changed: Vec<&str> = lines.filter(|line| line.starts_with(['+', '-'])).collect();
-    assert_eq!(changed, ["+    quality => Quality,"]);
+    assert_eq!(changed("add-a-layer", "crates/report/src/layers/mod.rs"), ["+    quality => Quality,"]);
+    assert_eq!(changed("add-a-sensor", "crates/report/src/layers/mod.rs"), ["+    sonar => Sonar,"]);
+    assert_eq!(changed("add-a-sensor", "crates/simulation/src/sensor.rs"), ["+    sonar => Sonar,"]);
 }
 
 /// The tracked files below `folders`, copied to `copy`. A file keeps its time if it has not changed, so that Cargo
@@ -166,9 +174,9 @@ fn unoptimised(manifest: &str) -> String {
     kept.replacen(section, &(section.to_owned() + &lines), 1)
 }
 
-/// P-GUIDES: A message, a planner and a layer of the map that are added by the guides of
-/// ARCHITECTURE.md, in the files they name and no others, work: the message has port, memory budget,
-/// simulation and recording, the planner flies, and page, picture and recording show the layer.
+/// P-GUIDES: A message, a planner, a layer of the map and a sensor that are added by the guides of ARCHITECTURE.md, in the files
+/// they name and no others, work: the message has port, memory budget, simulation and recording, the planner flies, page, picture
+/// and recording show the layer, and what the sensor reports of cells is on the map, in messages and on a layer.
 #[test]
 fn what_is_added_by_the_guides_works() {
     // Its own target folder would compile all dependencies again.
@@ -205,20 +213,36 @@ fn what_is_added_by_the_guides_works() {
         let line = told.lines().find_map(|line| line.strip_prefix(what));
         line.unwrap_or_else(|| panic!("no {what}: {told}")).split_whitespace().map(Into::into).collect()
     };
-    for (what, without, name) in [
-        ("registered ", check::registered(), "hop/r0/battery"),
-        ("budgeted ", check::budgeted(), "hop/r0/battery"),
-        ("simulated ", check::simulated(), "battery"),
-        ("recorded as JSON ", check::recorded_as_json(), "hop/r0/battery"),
-        ("map layers ", check::layers(), "quality"),
-        ("layers in the picture ", check::layers_in_the_picture(), "quality"),
-        ("layers on the page ", check::layers_on_the_page(), "quality"),
-        ("layers recorded ", check::layers_recorded(), "view/quality"),
+    let (hard, coverage) = (check::mission("hard").brief, check::mission("coverage").brief);
+    let added = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect::<Vec<_>>();
+    for (what, without, names) in [
+        ("registered ", check::registered(), added(&["hop/r0/battery"])),
+        ("budgeted ", check::budgeted(), added(&["hop/r0/battery"])),
+        ("simulated ", check::simulated(), added(&["battery"])),
+        ("recorded as JSON ", check::recorded_as_json(), added(&["hop/r0/battery"])),
+        ("map layers ", check::layers(&hard), added(&["quality"])),
+        ("layers in the picture ", check::layers_in_the_picture(&hard), added(&["quality"])),
+        ("layers on the page ", check::layers_on_the_page(&hard), added(&["quality"])),
+        ("layers recorded ", check::layers_recorded(), added(&["view/quality", "view/sonar"])),
+        ("sonar layers ", check::layers(&coverage), added(&["quality", "sonar"])),
+        (
+            "sonar layers in the picture ",
+            check::layers_in_the_picture(&coverage),
+            added(&["quality", "sonar"]),
+        ),
+        ("sonar layers on the page ", check::layers_on_the_page(&coverage), added(&["quality", "sonar"])),
     ] {
         let mut expected: BTreeSet<String> = without.into_iter().collect();
-        assert!(expected.insert(name.into()), "{what}{name} in the tree itself");
+        for name in names {
+            assert!(expected.insert(name.clone()), "{what}{name} in the tree itself");
+        }
         assert_eq!(list(what), expected, "{what}");
     }
-    assert!(check::flown("beeline").unwrap_err().contains("beeline"), "it flies in the tree itself");
+    let without = check::flown(check::mission("hard"), "beeline");
+    assert!(without.unwrap_err().contains("beeline"), "it flies in the tree itself");
     assert_eq!(list("flown "), BTreeSet::from(["goal".to_owned()]), "{told}");
+    assert!(check::sensing(6, 3.0).unwrap_err().contains("robot.sensor"), "it is in the tree itself");
+    for line in ["sonar flown goal", "sonar reported 1 to 255", "sonar share 1"] {
+        assert!(told.lines().any(|told| told == line), "{line}: {told}");
+    }
 }

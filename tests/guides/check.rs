@@ -1,4 +1,4 @@
-//! What a message, a planner and a layer that were added by the guides of ARCHITECTURE.md must be able to do. `tests/guides.rs`
+//! What a message, a planner, a layer and a sensor that were added by the guides of ARCHITECTURE.md must be able to do. `tests/guides.rs`
 //! compiles this against a copy of the tree with all of them added.
 
 #![allow(
@@ -7,8 +7,12 @@
     reason = "a test that cannot go on has failed, and tells what it found"
 )]
 
+use std::collections::BTreeSet;
+use std::num::NonZeroU8;
+
 use contract::message::Visitor;
-use contract::{Brief, Message, MonotonicNs, ObservedMap, Request, RobotId, RunId, Status};
+use contract::wire::{RobotV1, SeenCellV4};
+use contract::{Brief, Message, MonotonicNs, ObservedMap, Request, Robot, RobotId, RunId, SeenCell, Status};
 use hopper_sim::Mission;
 use lockstep::PlannerSchedule;
 
@@ -58,17 +62,34 @@ pub fn recorded_as_json() -> Vec<String> {
     names.0
 }
 
-/// Layers of the map that a mission of a hopper has.
-pub fn layers() -> Vec<String> {
-    let brief = scenario::load("hard").unwrap().resolve().unwrap().brief;
-    report::Layer::of(&brief).iter().map(|layer| layer.definition().name.to_owned()).collect()
+/// A mission of a built-in scenario.
+pub fn mission(scenario: &str) -> Mission {
+    let world = scenario::load(scenario).unwrap().resolve().unwrap();
+    let brief = Brief { run: RunId(1), ..world.brief };
+    Mission { brief, terrain: world.terrain, seed: 1, faults: Vec::new() }
 }
 
-/// Layers whose scales a picture of such a mission has.
-pub fn layers_in_the_picture() -> Vec<String> {
-    let brief = scenario::load("hard").unwrap().resolve().unwrap().brief;
+/// A mission whose rovers have the sensor of that code with that parameter; why there is no such sensor, if so.
+pub fn sensing(code: u32, parameter: f64) -> Result<Mission, String> {
+    let mut mission = mission("coverage");
+    for robot in 0..mission.brief.robots.len() {
+        let mut wire = RobotV1::from(&mission.brief.robots[robot]);
+        (wire.sensor, wire.sensor_values) = (code, Default::default());
+        wire.sensor_values[0] = parameter;
+        mission.brief.robots[robot] = Robot::try_from(&wire).map_err(|refusal| refusal.to_string())?;
+    }
+    Ok(mission)
+}
+
+/// Layers of the map that a mission has.
+pub fn layers(brief: &Brief) -> Vec<String> {
+    report::Layer::of(brief).iter().map(|layer| layer.definition().name.to_owned()).collect()
+}
+
+/// Layers whose scales a picture of a mission has.
+pub fn layers_in_the_picture(brief: &Brief) -> Vec<String> {
     let picture = report::Picture {
-        brief: &brief,
+        brief,
         terrain: &[],
         treasures: &[],
         map: &ObservedMap::unseen(brief.run, RobotId(0), brief.grid),
@@ -80,16 +101,15 @@ pub fn layers_in_the_picture() -> Vec<String> {
         announced: &[],
     };
     let drawn = picture.svg().unwrap();
-    let layers = report::Layer::of(&brief).into_iter().map(report::Layer::definition);
+    let layers = report::Layer::of(brief).into_iter().map(report::Layer::definition);
     let is_drawn = |layer: &&report::layers::Definition| drawn.contains(layer.quantity);
     layers.filter(is_drawn).map(|layer| layer.name.to_owned()).collect()
 }
 
-/// Layers that the page is told of such a mission.
-pub fn layers_on_the_page() -> Vec<String> {
-    let brief = Brief { run: RunId(1), ..scenario::load("hard").unwrap().resolve().unwrap().brief };
+/// Layers that the page is told of a mission.
+pub fn layers_on_the_page(brief: &Brief) -> Vec<String> {
     let mut history = monitor::History::new(RobotId(0));
-    history.on(monitor::Input::Brief(&brief), MonotonicNs(0));
+    history.on(monitor::Input::Brief(brief), MonotonicNs(0));
     let frame = history.next(&mut monitor::history::Cursor::default(), MonotonicNs(0)).unwrap();
     let names = frame.data.split("\"name\":\"").skip(1);
     names.map(|rest| rest.split('"').next().unwrap().to_owned()).collect()
@@ -102,18 +122,30 @@ pub fn layers_recorded() -> Vec<String> {
     layers.map(|channel| channel.name()).collect()
 }
 
-/// How `planner` ends on the scenario `hard` in lockstep, or why it cannot fly.
-pub fn flown(planner: &str) -> Result<String, String> {
-    let world = scenario::load("hard").unwrap().resolve().unwrap();
-    let mission = Mission {
-        brief: Brief { run: RunId(1), ..world.brief },
-        terrain: world.terrain,
-        seed: 1,
-        faults: Vec::new(),
-    };
+/// How `planner` ends a mission in lockstep, and the map at the end; or why it cannot fly.
+pub fn flown(mission: Mission, planner: &str) -> Result<(String, ObservedMap), String> {
     let crew = PlannerSchedule::single(planner.parse().unwrap());
     let flown = lockstep::fly(mission, &crew, &mut || MonotonicNs(0), &mut |_| ());
-    flown.map(|flown| flown.state.status.to_string()).map_err(|error| error.to_string())
+    flown.map(|flown| (flown.state.status.to_string(), flown.map)).map_err(|error| error.to_string())
+}
+
+/// The distinct numbers that sensors have reported of seen cells, and the share of these with one.
+pub fn reported(map: &ObservedMap) -> (BTreeSet<u8>, f64) {
+    let seen = map.cells().iter().flatten();
+    let reported: Vec<u8> = seen.filter_map(|ground| ground.reported).map(NonZeroU8::get).collect();
+    (reported.iter().copied().collect(), reported.len() as f64 / map.seen_cells() as f64)
+}
+
+/// The same map after its cells have travelled as messages.
+pub fn received(map: &ObservedMap) -> ObservedMap {
+    let mut received = ObservedMap::unseen(map.run, map.robot, map.grid);
+    for (index, ground) in map.cells().iter().enumerate() {
+        let Some(ground) = *ground else { continue };
+        let sent = SeenCellV4::from(&SeenCell { index: index as u32, visits: map.visits(index), ground });
+        let SeenCell { ground, visits, .. } = SeenCell::try_from(&sent).unwrap();
+        received.learn_visited(index, ground, visits);
+    }
+    received
 }
 
 /// Prints what it finds, one line a claim.
@@ -122,9 +154,20 @@ pub fn main() {
     println!("budgeted {}", budgeted().join(" "));
     println!("simulated {}", simulated().join(" "));
     println!("recorded as JSON {}", recorded_as_json().join(" "));
-    println!("map layers {}", layers().join(" "));
-    println!("layers in the picture {}", layers_in_the_picture().join(" "));
-    println!("layers on the page {}", layers_on_the_page().join(" "));
+    let hard = mission("hard");
+    println!("map layers {}", layers(&hard.brief).join(" "));
+    println!("layers in the picture {}", layers_in_the_picture(&hard.brief).join(" "));
+    println!("layers on the page {}", layers_on_the_page(&hard.brief).join(" "));
     println!("layers recorded {}", layers_recorded().join(" "));
-    println!("flown {}", flown("beeline").unwrap_or_else(|why| why));
+    println!("flown {}", flown(hard, "beeline").map_or_else(|why| why, |(status, _)| status));
+    let sonar = sensing(6, 3.0).unwrap();
+    println!("sonar layers {}", layers(&sonar.brief).join(" "));
+    println!("sonar layers in the picture {}", layers_in_the_picture(&sonar.brief).join(" "));
+    println!("sonar layers on the page {}", layers_on_the_page(&sonar.brief).join(" "));
+    let (status, map) = flown(sonar, "cover_frontier").unwrap();
+    println!("sonar flown {status}");
+    let (numbers, share) = reported(&map);
+    println!("sonar reported {} to {}", numbers.first().unwrap(), numbers.last().unwrap());
+    println!("sonar share {share}");
+    assert_eq!(received(&map).observation(), map.observation());
 }

@@ -3,8 +3,8 @@
 use std::fmt;
 
 use contract::{
-    Account, Body, Brief, Camera, Cover, CoverMode, ErringCamera, Goal, Helicopter, Leg, Limits, Placement,
-    Reach, Robot, Rover, Sampling, Sensor, Soil, Square,
+    Account, Body, Brief, Cover, CoverMode, Goal, Helicopter, Leg, Limits, Placement, Reach, Robot, Rover,
+    Sampling, Soil,
 };
 use serde::Serialize;
 
@@ -228,16 +228,7 @@ fn in_words(robot: &Robot, brief: &Brief) -> String {
             _ => format!("hopper at {cell}"),
         },
     };
-    let view = match robot.sensor {
-        Sensor::Square(Square { range_cells }) => format!("{0} x {0} cells", 2 * range_cells + 1),
-        Sensor::Track(_) => "the cells that it drives over".into(),
-        Sensor::Camera(Camera { radius_m }) => format!("{radius_m:.1} m to each side"),
-        Sensor::Disc(_) => "a disc that grows with its height".into(),
-        Sensor::ErringCamera(ErringCamera { radius_m, accuracy }) => {
-            format!("{radius_m:.1} m to each side, {:.1} % of the speeds right", 100.0 * accuracy)
-        }
-    };
-    format!("{body}, sees {view}")
+    format!("{body}, sees {}", robot.sensor.in_words())
 }
 
 fn write_line(f: &mut fmt::Formatter<'_>, name: &str, value: &str) -> fmt::Result {

@@ -104,7 +104,7 @@ mod tests {
         type Twist = fn(&mut RobotV1);
         let cases: [(&str, Twist); 12] = [
             ("field robot.body needs", |wire| wire.body = 0),
-            ("field robot.sensor needs", |wire| wire.sensor = 6),
+            ("field robot.sensor needs", |wire| wire.sensor = u32::MAX),
             ("field robot.goal needs", |wire| wire.goal = 5),
             ("field robot.required", |wire| wire.required = 2),
             ("field robot.body.motion.hard.sideways", |wire| wire.body_values[2] = 0.6),

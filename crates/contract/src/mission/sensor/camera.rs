@@ -33,6 +33,10 @@ pub(super) fn radius(block: &mut Block<'_>, radius_m: &mut f64) {
 }
 
 impl SensorKind for Camera {
+    fn in_words(&self) -> String {
+        format!("{:.1} m to each side", self.radius_m)
+    }
+
     fn view_m(&self) -> Option<f64> {
         Some(self.radius_m)
     }

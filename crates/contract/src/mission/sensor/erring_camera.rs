@@ -28,6 +28,10 @@ impl Kind for ErringCamera {
 }
 
 impl SensorKind for ErringCamera {
+    fn in_words(&self) -> String {
+        format!("{:.1} m to each side, {:.1} % of the speeds right", self.radius_m, 100.0 * self.accuracy)
+    }
+
     fn view_m(&self) -> Option<f64> {
         Some(self.radius_m)
     }

@@ -5,14 +5,19 @@ mod disc;
 mod erring_camera;
 mod square;
 mod track;
+mod view;
+
+use std::num::NonZeroU8;
 
 use super::kind::kinds;
+use crate::Grid;
 
 pub use camera::Camera;
 pub use disc::{GradientSource, SensorParameters};
 pub use erring_camera::ErringCamera;
 pub use square::Square;
 pub use track::Track;
+pub use view::View;
 
 kinds! {
     /// What a robot sees of the ground around it.
@@ -32,6 +37,20 @@ kinds! {
 
 /// What can be asked of any sensor.
 pub trait SensorKind {
+    /// What it sees, in words.
+    fn in_words(&self) -> String;
+
+    /// What it shows around a robot that is `height_m` above the datum, if it shows more than what is on the way.
+    fn around(&self, _grid: &Grid, _height_m: f64) -> Option<View> {
+        None
+    }
+
+    /// What it reports of a cell around it beside the ground, the middle of the cell so far away; see
+    /// [`crate::Ground::reported`]. A sensor that reports nothing does so at every distance.
+    fn reports(&self, _distance_m: f64) -> Option<NonZeroU8> {
+        None
+    }
+
     /// How far it sees to each side of a way in flight, metres, if it is a camera.
     fn view_m(&self) -> Option<f64> {
         None

@@ -16,4 +16,8 @@ impl Kind for Track {
     fn parameters(&mut self, _: &mut Block<'_>) {}
 }
 
-impl SensorKind for Track {}
+impl SensorKind for Track {
+    fn in_words(&self) -> String {
+        "the cells that it drives over".into()
+    }
+}
