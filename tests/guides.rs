@@ -1,5 +1,5 @@
-//! The guides of ARCHITECTURE.md, followed on an example: a message, a planner, a layer of the map, a body and a goal are added to a copy of
-//! the tree.
+//! The guides of ARCHITECTURE.md, followed on an example: a message, a planner, a layer of the map, a body, a sensor and a goal are added
+//! to a copy of the tree.
 
 #[path = "guides/check.rs"]
 #[allow(dead_code, reason = "its main runs in the copy")]
@@ -44,6 +44,7 @@ const GUIDES: &[(&str, &str, usize)] = &[
     ("Add a layer", "add-a-layer", 2),
     ("Add a body", "add-a-body", 11),
     ("Add a goal", "add-a-goal", 7),
+    ("Add a sensor", "add-a-sensor", 7),
 ];
 
 /// P-GUIDES.
@@ -75,8 +76,8 @@ fn changed(guide: &str, file: &str) -> Vec<String> {
     lines.filter(|line| line.starts_with(['+', '-'])).map(Into::into).collect()
 }
 
-/// A layer is a file and a line: its example adds one line to the list, and names no display. A body or a goal is a file and a line
-/// in each crate that has to know it.
+/// A layer is a file and a line: its example adds one line to the list, and names no display. A body, a goal or a sensor is a file and
+/// a line in each crate that has to know it.
 #[test]
 fn what_is_added_is_one_line_in_each_list() {
     for (guide, list, line) in [
@@ -88,6 +89,9 @@ fn what_is_added_is_one_line_in_each_list() {
         ("add-a-goal", "crates/contract/src/mission/goal/mod.rs", "+        summit => Summit(Summit) = 5, "),
         ("add-a-goal", "hopper-sim/src/team/goal/mod.rs", "+    summit => Summit,"),
         ("add-a-goal", "crates/simulation/src/oracle/goal.rs", "+    summit => Summit,"),
+        ("add-a-sensor", "crates/contract/src/mission/sensor/mod.rs", "+        sonar => Sonar(Sonar) = 6, "),
+        ("add-a-sensor", "crates/simulation/src/sensor.rs", "+    sonar => Sonar,"),
+        ("add-a-sensor", "crates/report/src/layers/mod.rs", "+    sonar => Sonar,"),
     ] {
         let changed = changed(guide, list);
         assert!(changed.len() == 1 && changed[0].starts_with(line), "{list}: {changed:?}");
@@ -186,10 +190,11 @@ fn unoptimised(manifest: &str) -> String {
     kept.replacen(section, &(section.to_owned() + &lines), 1)
 }
 
-/// P-GUIDES: A message, a planner, a layer of the map, a body and a goal that are added by the guides
-/// of ARCHITECTURE.md, in the files they name and no others, work: the message has port, memory
-/// budget, simulation and recording, the planner flies, page, picture and recording show the layer,
-/// the body reaches its goal, and a hopper the new one.
+/// P-GUIDES: A message, a planner, a layer of the map, a body, a goal and a sensor that are added by
+/// the guides of ARCHITECTURE.md, in the files they name and no others, work: the message has port,
+/// memory budget, simulation and recording, the planner flies, page, picture and recording show the
+/// layer, the body reaches its goal and a hopper the new one, and what the sensor reports of cells is
+/// on the map, in messages and on a layer.
 #[test]
 fn what_is_added_by_the_guides_works() {
     // Its own target folder would compile all dependencies again.
@@ -226,24 +231,40 @@ fn what_is_added_by_the_guides_works() {
         let line = told.lines().find_map(|line| line.strip_prefix(what));
         line.unwrap_or_else(|| panic!("no {what}: {told}")).split_whitespace().map(Into::into).collect()
     };
-    for (what, without, name) in [
-        ("registered ", check::registered(), "hop/r0/battery"),
-        ("budgeted ", check::budgeted(), "hop/r0/battery"),
-        ("simulated ", check::simulated(), "battery"),
-        ("recorded as JSON ", check::recorded_as_json(), "hop/r0/battery"),
-        ("map layers ", check::layers(), "quality"),
-        ("layers in the picture ", check::layers_in_the_picture(), "quality"),
-        ("layers on the page ", check::layers_on_the_page(), "quality"),
-        ("layers recorded ", check::layers_recorded(), "view/quality"),
+    let (hard, coverage) = (check::built_in("hard").brief, check::built_in("coverage").brief);
+    let added = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect::<Vec<_>>();
+    for (what, without, names) in [
+        ("registered ", check::registered(), added(&["hop/r0/battery"])),
+        ("budgeted ", check::budgeted(), added(&["hop/r0/battery"])),
+        ("simulated ", check::simulated(), added(&["battery"])),
+        ("recorded as JSON ", check::recorded_as_json(), added(&["hop/r0/battery"])),
+        ("map layers ", check::layers(&hard), added(&["quality"])),
+        ("layers in the picture ", check::layers_in_the_picture(&hard), added(&["quality"])),
+        ("layers on the page ", check::layers_on_the_page(&hard), added(&["quality"])),
+        ("layers recorded ", check::layers_recorded(), added(&["view/quality", "view/sonar"])),
+        ("sonar layers ", check::layers(&coverage), added(&["quality", "sonar"])),
+        (
+            "sonar layers in the picture ",
+            check::layers_in_the_picture(&coverage),
+            added(&["quality", "sonar"]),
+        ),
+        ("sonar layers on the page ", check::layers_on_the_page(&coverage), added(&["quality", "sonar"])),
     ] {
         let mut expected: BTreeSet<String> = without.into_iter().collect();
-        assert!(expected.insert(name.into()), "{what}{name} in the tree itself");
+        for name in names {
+            assert!(expected.insert(name.clone()), "{what}{name} in the tree itself");
+        }
         assert_eq!(list(what), expected, "{what}");
     }
-    assert!(check::flown("beeline").unwrap_err().contains("beeline"), "it flies in the tree itself");
+    let without = check::flown("beeline");
+    assert!(without.unwrap_err().contains("beeline"), "it flies in the tree itself");
     assert_eq!(list("flown "), BTreeSet::from(["goal".to_owned()]), "{told}");
     assert!(check::slid().unwrap_err().contains("slider"), "it slides in the tree itself");
     assert_eq!(list("slid "), BTreeSet::from(["goal".to_owned()]), "{told}");
     assert!(check::climbed().unwrap_err().contains("summit"), "the tree itself has the goal");
     assert!(told.contains("climbed goal, higher neighbours: 0"), "{told}");
+    assert!(check::sensing(6, 3.0).unwrap_err().contains("robot.sensor"), "it is in the tree itself");
+    for line in ["sonar flown goal", "sonar reported 1 to 255", "sonar share 1"] {
+        assert!(told.lines().any(|told| told == line), "{line}: {told}");
+    }
 }

@@ -6,7 +6,7 @@ use crate::harness::{Mission, Process, eventually, lockstep};
 use bytemuck::Zeroable;
 use contract::wire::{
     BriefV10, CommandV3, HeartbeatV2, MapPatchV2, MapRequestV1, PastRequestV1, PolicyCellV1, PolicyHeaderV1,
-    RobotV1, SeenCellV3, StateV4, TruthRequestV1, brief_from_wire,
+    RobotV1, SeenCellV4, StateV4, TruthRequestV1, brief_from_wire,
 };
 use contract::{
     Account, Action, Body, Brief, Command, Cover, Decision, Digest, Direction, Goal, Ground, Heartbeat,
@@ -401,13 +401,13 @@ fn rogue_patches_and_pages_are_refused_and_the_mission_flies_on() {
     let mut maps = node.writer::<MapPatch>(ROBOT).unwrap();
     let mut snapshots = node.server::<MapRequest>(ROBOT).unwrap();
     let honest = first_patch(&brief.unwrap());
-    let (header, cell) = (MapPatchV2::from(&honest), SeenCellV3::from(&honest.cells[0]));
+    let (header, cell) = (MapPatchV2::from(&honest), SeenCellV4::from(&honest.cells[0]));
     let patches = [
-        (header, SeenCellV3 { height_m: f64::NAN, ..cell }),
-        (header, SeenCellV3 { gradient: [f64::INFINITY; 2], ..cell }),
-        (header, SeenCellV3 { index: 400, ..cell }),
-        (header, SeenCellV3 { index: u32::MAX, ..cell }),
-        (header, SeenCellV3 { soil: 9, ..cell }),
+        (header, SeenCellV4 { height_m: f64::NAN, ..cell }),
+        (header, SeenCellV4 { gradient: [f64::INFINITY; 2], ..cell }),
+        (header, SeenCellV4 { index: 400, ..cell }),
+        (header, SeenCellV4 { index: u32::MAX, ..cell }),
+        (header, SeenCellV4 { soil: 9, ..cell }),
         (MapPatchV2 { cell_size_m: f64::NAN, ..header }, cell),
         (MapPatchV2 { width: u32::MAX, ..header }, cell),
         (MapPatchV2 { sequence: u64::MAX, ..header }, cell),
@@ -418,7 +418,7 @@ fn rogue_patches_and_pages_are_refused_and_the_mission_flies_on() {
         (MapPatchV2 { sequence: 0, ..header }, cell),
         (MapPatchV2 { before: 5, ..header }, cell),
         (MapPatchV2 { after: header.after ^ 1, ..header }, cell),
-        (header, SeenCellV3 { height_m: 1.0, ..cell }),
+        (header, SeenCellV4 { height_m: 1.0, ..cell }),
         (MapPatchV2 { treasure_count: 1, treasures: [[0; 2]; 16], ..header }, cell),
     ];
     let mut pages = 0;

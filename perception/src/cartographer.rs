@@ -16,7 +16,7 @@ use std::sync::Arc;
 use contract::limits::{MAP_PAGE_CELLS, MAP_PAGE_SPAN, MAP_PATCH_CELLS};
 use contract::{
     Account, Brief, Cell, Decision, Digest, Goal, MapPage, MapPatch, MapRequest, MonotonicNs, ObservedMap,
-    PastPage, Pose, Record, Robot, RobotId, RunId, SeenCell, Sensor, State, Status, TruthPage,
+    PastPage, Pose, Record, Robot, RobotId, RunId, SeenCell, State, Status, TruthPage,
 };
 use follow::{Heard, Link, Mission, PastFollower, TruthFollower};
 use terrain::Terrain;
@@ -24,7 +24,7 @@ use terrain::Terrain;
 pub use effect::Effect;
 pub use event::Event;
 
-use crate::sensing::around;
+use crate::sensing::{around, reports};
 use crate::{Observation, Tracks};
 
 /// While the hopper stands still, a reminder is published after this long, for whoever missed the last patch.
@@ -321,11 +321,17 @@ impl Cartographer {
             return;
         };
         let on_tracks = if brief.has_routes() { self.tracks.begin(brief, terrain) } else { Vec::new() };
-        let around_all = brief.robots.iter().flat_map(|robot| {
-            let cell = robot.start.cell;
+        let start = |cell: Cell| {
             let height_m = terrain.ground(cell).map_or(0.0, |ground| ground.height_m);
-            around(brief.grid, robot.sensor, Pose { cell, height_m })
+            Pose { cell, height_m }
+        };
+        let around_all = brief.robots.iter().flat_map(|robot| {
+            let pose = start(robot.start.cell);
+            around(brief.grid, robot.sensor, pose)
         });
+        for robot in brief.robots.iter() {
+            observation.note_reports(reports(brief.grid, robot.sensor, start(robot.start.cell)));
+        }
         let covering = brief.robots.iter().filter(|robot| counts_visits(robot));
         let entered: Vec<Cell> = covering.map(|robot| robot.start.cell).collect();
         let landed = (brief.account == Account::Hopper).then_some(brief.robots[0].start.cell);
@@ -347,13 +353,17 @@ impl Cartographer {
         let decision = Decision(self.folded);
         let here = pose.cell;
         let visits = has_moved && brief.robots.at(robot).is_some_and(counts_visits);
+        let lands = brief.robots.at(robot).is_some_and(|robot| robot.body.hops());
         match brief.robots.at(robot).map(|robot| robot.sensor) {
-            Some(Sensor::ErringCamera(_)) => observation.read(terrain, on_way, decision),
-            Some(sensor @ (Sensor::Disc(_) | Sensor::Square(_) | Sensor::Track(_) | Sensor::Camera(_))) => {
-                let entered = if visits { &[here][..] } else { &[] };
-                let landed = matches!(sensor, Sensor::Disc(_)).then_some(here);
+            Some(sensor) => {
+                observation.note_reports(reports(brief.grid, sensor, pose));
                 let seen = on_way.iter().copied().chain(around(brief.grid, sensor, pose));
-                observation.sense(terrain, seen, entered, landed, decision);
+                if sensor.accuracy().is_some() {
+                    observation.read(terrain, seen, decision);
+                } else {
+                    let entered = if visits { &[here][..] } else { &[] };
+                    observation.sense(terrain, seen, entered, lands.then_some(here), decision);
+                }
             }
             None => observation.sense(terrain, [], &[], None, decision),
         }

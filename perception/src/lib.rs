@@ -19,5 +19,4 @@ mod tracks;
 
 pub use cartographer::{Cartographer, Effect, Event};
 pub use observation::Observation;
-pub use sensing::disc;
 use tracks::Tracks;

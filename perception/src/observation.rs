@@ -2,6 +2,8 @@
 //!
 //! A landing costs what its disc holds, never what the map holds.
 
+use std::num::NonZeroU8;
+
 use contract::limits::MAP_PATCH_CELLS;
 use contract::{
     Account, Brief, Cell, Decision, DriveSpeed, GradientSource, Ground, ObservedMap, Pose, Robot, RobotId,
@@ -22,6 +24,8 @@ pub struct Observation {
     known: Bits,
     /// Seen cells that only a camera that errs has seen.
     doubtful: Bits,
+    /// What the next landing's sensor reports of cells around it.
+    reports: Vec<(usize, NonZeroU8)>,
     /// Cells that the last landing changed, in index order.
     landing: Vec<u32>,
     /// Fingerprint of the map before the last landing, and after each of its patches.
@@ -64,6 +68,7 @@ impl Observation {
             patch_cells: MAP_PATCH_CELLS,
             known: Bits(vec![0; brief.grid.cells().div_ceil(64)]),
             doubtful: Bits(vec![0; brief.grid.cells().div_ceil(64)]),
+            reports: Vec::new(),
             landing: Vec::new(),
             links: Vec::new(),
             seen: Vec::new(),
@@ -142,6 +147,11 @@ impl Observation {
         self.reveal(terrain, landed, &entered, decision);
     }
 
+    /// Takes note of what the sensor of the next landing reports of cells that it sees, by their indices. A cell keeps the highest.
+    pub fn note_reports(&mut self, reports: impl IntoIterator<Item = (usize, NonZeroU8)>) {
+        self.reports.extend(reports);
+    }
+
     /// Folds in the cells of the landing, which were unknown or doubtful, or are visited; the hopper, if one has landed, is on
     /// `landed`.
     fn reveal(&mut self, terrain: &Terrain, landed: Option<Cell>, entered: &[usize], decision: Decision) {
@@ -154,6 +164,7 @@ impl Observation {
         self.treasures = self.map.treasures().to_vec();
         let treasures = self.treasures_after(terrain, landed);
         self.landing.iter().for_each(|&index| self.known.add(index as usize));
+        self.add_reported();
         match self.gradient {
             GradientSource::Measured => {
                 self.learn(terrain, |ground, index, visits| (ground, counted(index, visits)));
@@ -181,11 +192,11 @@ impl Observation {
     ///
     /// # Panics
     /// If the terrain is not on the brief's grid, or a cell lies outside.
-    pub fn read(&mut self, terrain: &Terrain, seen: &[usize], decision: Decision) {
+    pub fn read(&mut self, terrain: &Terrain, seen: impl IntoIterator<Item = usize>, decision: Decision) {
         assert!(terrain.grid == self.map.grid, "terrain and brief disagree on the grid");
         self.landing.clear();
-        let news = seen.iter().filter(|&&index| !self.known.has(index));
-        self.landing.extend(news.map(|&index| index as u32));
+        let news = seen.into_iter().filter(|&index| !self.known.has(index));
+        self.landing.extend(news.map(|index| index as u32));
         self.landing.sort_unstable();
         self.landing.dedup();
         self.landing.iter().for_each(|&index| self.doubtful.add(index as usize));
@@ -213,6 +224,22 @@ impl Observation {
         terrain.treasures.iter().filter(is_known).copied().collect()
     }
 
+    /// Adds the cells of which more is reported than the map has to the landing.
+    fn add_reported(&mut self) {
+        if self.reports.is_empty() {
+            return;
+        }
+        // Of each cell the highest report.
+        self.reports.sort_unstable_by(|a, b| (a.0, b.1).cmp(&(b.0, a.1)));
+        self.reports.dedup_by_key(|(index, _)| *index);
+        let cells = self.map.cells();
+        let before = |index: usize| cells[index].as_ref().and_then(|ground| ground.reported);
+        let is_more = |(index, report): &&(usize, NonZeroU8)| before(*index) < Some(*report);
+        self.landing.extend(self.reports.iter().filter(is_more).map(|(index, _)| *index as u32));
+        self.landing.sort_unstable();
+        self.landing.dedup();
+    }
+
     /// Adds the known neighbours of revealed cells to the landing: their gradients may change.
     fn add_rim(&mut self) {
         let grid = self.map.grid;
@@ -231,12 +258,16 @@ impl Observation {
     /// Writes the landing's cells down as `told` makes them of what sensors show, with their visits if these change, and takes note
     /// of the chain of patches. What turns out to be no news is left out of the landing.
     fn learn(&mut self, terrain: &Terrain, told: impl Fn(Ground, usize, u16) -> (Ground, u16)) {
-        let Self { map, patch_cells, doubtful, landing, links, seen, passable_by_speed, .. } = self;
+        let Self { map, patch_cells, doubtful, reports, landing, links, seen, passable_by_speed, .. } = self;
         links.push(map.observation());
         let mut changed = 0;
         landing.retain(|&index| {
             let is_doubtful = || doubtful.has(index as usize);
             let shown = shown(&terrain.cells[index as usize], *passable_by_speed, is_doubtful);
+            let report = reports.binary_search_by_key(&(index as usize), |(index, _)| *index);
+            let before = map.cells()[index as usize].as_ref().and_then(|ground| ground.reported);
+            let reported = before.max(report.ok().map(|place| reports[place].1));
+            let shown = Ground { reported, ..shown };
             let (ground, visits) = told(shown, index as usize, map.visits(index as usize));
             let news = map.learn_visited(index as usize, ground, visits);
             changed += usize::from(news);
@@ -246,6 +277,7 @@ impl Observation {
             }
             news
         });
+        reports.clear();
         if changed == 0 || !changed.is_multiple_of(*patch_cells) {
             links.push(map.observation());
             seen.push(map.seen_cells() as u32);

@@ -1,6 +1,6 @@
 //! Where robots are that go from point to point, and what they see on their way.
 
-use contract::{Action, Body, Branch, Brief, Record, Robot, RouteId, Sensor, Waypoint};
+use contract::{Action, Body, Branch, Brief, Record, Robot, RouteId, Waypoint};
 use follow::RouteFollower;
 use scout_world::{StageClock, TrueGround};
 use terrain::Terrain;
@@ -46,7 +46,7 @@ impl Tracks {
             |robot: &Robot| Track { robot: *robot, at: robot.start_at, route: None, reached: 0, clock };
         self.robots = brief.robots.iter().map(track).collect();
         let Some(ground) = &self.ground else { return Vec::new() };
-        let drivers = self.robots.iter().filter(|track| matches!(track.robot.sensor, Sensor::Track(_)));
+        let drivers = self.robots.iter().filter(|track| track.robot.body.drives());
         drivers.flat_map(|track| ground.seen(track.robot.sensor, track.at, track.at)).collect()
     }
 

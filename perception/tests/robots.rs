@@ -2,6 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
+use std::num::NonZeroU8;
 use std::sync::Arc;
 
 use contract::{
@@ -507,4 +508,27 @@ fn a_treasure_that_was_collected_is_none_to_the_rover_that_enters_its_cell() {
     assert_eq!(sense(&[], None, 0), [at], "seen");
     assert_eq!(sense(&[], Some(at), 1), [], "collected");
     assert_eq!(sense(&[at], None, 2), [], "entered");
+}
+
+#[test]
+fn a_cell_keeps_the_highest_report_of_it_also_if_it_was_seen_before() {
+    let world = scenario::load("coverage").unwrap().resolve().unwrap();
+    let terrain = &*world.terrain;
+    let report = |index: usize, report: u8| (index, NonZeroU8::new(report).unwrap());
+    let mut observation = Observation::unseen(&world.brief, RobotId(0));
+    observation.sense(terrain, [5, 6], &[], None, Decision(0));
+    let unreported = observation.map().observation();
+    observation.note_reports([report(6, 3), report(7, 9), report(7, 8)]);
+    observation.sense(terrain, [6, 7], &[], None, Decision(1));
+    let reported = |observation: &Observation, index: usize| {
+        observation.map().cells()[index].unwrap().reported.map_or(0, NonZeroU8::get)
+    };
+    assert_eq!([5, 6, 7].map(|index| reported(&observation, index)), [0, 3, 9]);
+    assert_eq!(observation.map().changed_since(unreported), Some(&[6, 7][..]));
+    let before = observation.map().observation();
+    observation.note_reports([report(6, 3), report(7, 1)]);
+    observation.sense(terrain, [6, 7], &[], None, Decision(2));
+    assert_eq!(observation.map().observation(), before, "no news");
+    observation.sense(terrain, [5, 6], &[Cell::new(6, 0)], None, Decision(3));
+    assert_eq!(reported(&observation, 6), 3, "a visit changes nothing of it");
 }

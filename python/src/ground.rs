@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, OnceLock};
 
-use contract::{Action, Brief, Direction, Leg, Pose, Vetoed};
+use contract::{Action, Brief, Direction, Leg, Pose, Sensor, Vetoed};
 use hopper_sim::{Guard, Mission, ROBOT};
 use motion::{Transition, transition};
 
@@ -75,8 +75,8 @@ impl Ground {
         let Mission { brief, terrain, .. } = &self.mission;
         self.seen_from[index].get_or_init(|| {
             let pose = Pose { cell: brief.grid.cell(index), height_m: terrain.cells[index].height_m };
-            let cells = perception::sensing::disc(brief.grid, &self.leg.sensor, pose);
-            cells.filter_map(|cell| Some(brief.grid.index(cell)? as u32)).collect()
+            let seen = perception::sensing::around(brief.grid, Sensor::Disc(self.leg.sensor), pose);
+            seen.map(|index| index as u32).collect()
         })
     }
 

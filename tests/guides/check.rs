@@ -1,4 +1,4 @@
-//! What a message, a planner, a layer, a body and a goal that were added by the guides of ARCHITECTURE.md must be able to do.
+//! What a message, a planner, a layer, a body, a goal and a sensor that were added by the guides of ARCHITECTURE.md must be able to do.
 //! `tests/guides.rs` compiles this against a copy of the tree with all of them added.
 
 #![allow(
@@ -7,9 +7,14 @@
     reason = "a test that cannot go on has failed, and tells what it found"
 )]
 
+use std::collections::BTreeSet;
+use std::num::NonZeroU8;
+
 use contract::message::Visitor;
+use contract::wire::{RobotV1, SeenCellV4};
 use contract::{
-    Account, Brief, Direction, Goal, Message, MonotonicNs, ObservedMap, Request, RobotId, RunId, Status,
+    Account, Brief, Direction, Goal, Message, MonotonicNs, ObservedMap, Request, Robot, RobotId, RunId,
+    SeenCell, Status,
 };
 use hopper_sim::Mission;
 use lockstep::{Flown, PlannerSchedule};
@@ -80,17 +85,39 @@ pub fn recorded_as_json() -> Vec<String> {
     names.0
 }
 
-/// Layers of the map that a mission of a hopper has.
-pub fn layers() -> Vec<String> {
-    let brief = scenario::load("hard").unwrap().resolve().unwrap().brief;
-    report::Layer::of(&brief).iter().map(|layer| layer.definition().name.to_owned()).collect()
+/// The first mission of a scenario.
+fn mission(scenario: Result<Scenario, ScenarioError>) -> Result<Mission, String> {
+    let world = scenario.and_then(|scenario| scenario.resolve()).map_err(|error| error.to_string())?;
+    let ResolvedScenario { brief, terrain, .. } = world;
+    Ok(Mission { brief: Brief { run: RunId(1), ..brief }, terrain, seed: 1, faults: Vec::new() })
 }
 
-/// Layers whose scales a picture of such a mission has.
-pub fn layers_in_the_picture() -> Vec<String> {
-    let brief = scenario::load("hard").unwrap().resolve().unwrap().brief;
+/// The first mission of a built-in scenario.
+pub fn built_in(name: &str) -> Mission {
+    mission(scenario::load(name)).unwrap()
+}
+
+/// A mission whose rovers have the sensor of that code with that parameter; why there is no such sensor, if so.
+pub fn sensing(code: u32, parameter: f64) -> Result<Mission, String> {
+    let mut mission = built_in("coverage");
+    for robot in 0..mission.brief.robots.len() {
+        let mut wire = RobotV1::from(&mission.brief.robots[robot]);
+        (wire.sensor, wire.sensor_values) = (code, Default::default());
+        wire.sensor_values[0] = parameter;
+        mission.brief.robots[robot] = Robot::try_from(&wire).map_err(|refusal| refusal.to_string())?;
+    }
+    Ok(mission)
+}
+
+/// Layers of the map that a mission has.
+pub fn layers(brief: &Brief) -> Vec<String> {
+    report::Layer::of(brief).iter().map(|layer| layer.definition().name.to_owned()).collect()
+}
+
+/// Layers whose scales a picture of a mission has.
+pub fn layers_in_the_picture(brief: &Brief) -> Vec<String> {
     let picture = report::Picture {
-        brief: &brief,
+        brief,
         terrain: &[],
         treasures: &[],
         map: &ObservedMap::unseen(brief.run, RobotId(0), brief.grid),
@@ -102,16 +129,15 @@ pub fn layers_in_the_picture() -> Vec<String> {
         announced: &[],
     };
     let drawn = picture.svg().unwrap();
-    let layers = report::Layer::of(&brief).into_iter().map(report::Layer::definition);
+    let layers = report::Layer::of(brief).into_iter().map(report::Layer::definition);
     let is_drawn = |layer: &&report::layers::Definition| drawn.contains(layer.quantity);
     layers.filter(is_drawn).map(|layer| layer.name.to_owned()).collect()
 }
 
-/// Layers that the page is told of such a mission.
-pub fn layers_on_the_page() -> Vec<String> {
-    let brief = Brief { run: RunId(1), ..scenario::load("hard").unwrap().resolve().unwrap().brief };
+/// Layers that the page is told of a mission.
+pub fn layers_on_the_page(brief: &Brief) -> Vec<String> {
     let mut history = monitor::History::new(RobotId(0));
-    history.on(monitor::Input::Brief(&brief), MonotonicNs(0));
+    history.on(monitor::Input::Brief(brief), MonotonicNs(0));
     let frame = history.next(&mut monitor::history::Cursor::default(), MonotonicNs(0)).unwrap();
     let names = frame.data.split("\"name\":\"").skip(1);
     names.map(|rest| rest.split('"').next().unwrap().to_owned()).collect()
@@ -124,13 +150,6 @@ pub fn layers_recorded() -> Vec<String> {
     layers.map(|channel| channel.name()).collect()
 }
 
-/// The first mission of a scenario.
-fn mission(scenario: Result<Scenario, ScenarioError>) -> Result<Mission, String> {
-    let world = scenario.and_then(|scenario| scenario.resolve()).map_err(|error| error.to_string())?;
-    let ResolvedScenario { brief, terrain, .. } = world;
-    Ok(Mission { brief: Brief { run: RunId(1), ..brief }, terrain, seed: 1, faults: Vec::new() })
-}
-
 /// How `planner` flies a mission in lockstep, or why it cannot.
 fn fly(mission: Mission, planner: &str) -> Result<Flown, String> {
     let crew = PlannerSchedule::single(planner.parse().unwrap());
@@ -139,7 +158,7 @@ fn fly(mission: Mission, planner: &str) -> Result<Flown, String> {
 
 /// How `planner` ends on the scenario `hard` in lockstep, or why it cannot fly.
 pub fn flown(planner: &str) -> Result<String, String> {
-    fly(mission(scenario::load("hard"))?, planner).map(|flown| flown.state.status.to_string())
+    fly(built_in("hard"), planner).map(|flown| flown.state.status.to_string())
 }
 
 /// How a slider ends on its slope in lockstep, or why it cannot slide.
@@ -151,7 +170,7 @@ pub fn slid() -> Result<String, String> {
 /// How a hopper ends on the scenario `hard` that shall stand where nothing in view is higher, and how many of the cells around it are
 /// higher; or why it cannot fly.
 pub fn climbed() -> Result<String, String> {
-    let mut mission = mission(scenario::load("hard"))?;
+    let mut mission = built_in("hard");
     mission.brief.account = Account::ActionsWithoutWaits;
     // The tree itself does not have the goal.
     let goal: Result<Goal, _> = serde_json::from_str(r#"{ "summit": {} }"#);
@@ -165,17 +184,47 @@ pub fn climbed() -> Result<String, String> {
     Ok(format!("{}, higher neighbours: {higher}", flown.state.status))
 }
 
+/// The distinct numbers that sensors have reported of seen cells, and the share of these with one.
+pub fn reported(map: &ObservedMap) -> (BTreeSet<u8>, f64) {
+    let seen = map.cells().iter().flatten();
+    let reported: Vec<u8> = seen.filter_map(|ground| ground.reported).map(NonZeroU8::get).collect();
+    (reported.iter().copied().collect(), reported.len() as f64 / map.seen_cells() as f64)
+}
+
+/// The same map after its cells have travelled as messages.
+pub fn received(map: &ObservedMap) -> ObservedMap {
+    let mut received = ObservedMap::unseen(map.run, map.robot, map.grid);
+    for (index, ground) in map.cells().iter().enumerate() {
+        let Some(ground) = *ground else { continue };
+        let sent = SeenCellV4::from(&SeenCell { index: index as u32, visits: map.visits(index), ground });
+        let SeenCell { ground, visits, .. } = SeenCell::try_from(&sent).unwrap();
+        received.learn_visited(index, ground, visits);
+    }
+    received
+}
+
 /// Prints what it finds, one line a claim.
 pub fn main() {
     println!("registered {}", registered().join(" "));
     println!("budgeted {}", budgeted().join(" "));
     println!("simulated {}", simulated().join(" "));
     println!("recorded as JSON {}", recorded_as_json().join(" "));
-    println!("map layers {}", layers().join(" "));
-    println!("layers in the picture {}", layers_in_the_picture().join(" "));
-    println!("layers on the page {}", layers_on_the_page().join(" "));
+    let hard = built_in("hard");
+    println!("map layers {}", layers(&hard.brief).join(" "));
+    println!("layers in the picture {}", layers_in_the_picture(&hard.brief).join(" "));
+    println!("layers on the page {}", layers_on_the_page(&hard.brief).join(" "));
     println!("layers recorded {}", layers_recorded().join(" "));
     println!("flown {}", flown("beeline").unwrap_or_else(|why| why));
     println!("slid {}", slid().unwrap_or_else(|why| why));
     println!("climbed {}", climbed().unwrap_or_else(|why| why));
+    let sonar = sensing(6, 3.0).unwrap();
+    println!("sonar layers {}", layers(&sonar.brief).join(" "));
+    println!("sonar layers in the picture {}", layers_in_the_picture(&sonar.brief).join(" "));
+    println!("sonar layers on the page {}", layers_on_the_page(&sonar.brief).join(" "));
+    let flown = fly(sonar, "cover_frontier").unwrap();
+    println!("sonar flown {}", flown.state.status);
+    let (numbers, share) = reported(&flown.map);
+    println!("sonar reported {} to {}", numbers.first().unwrap(), numbers.last().unwrap());
+    println!("sonar share {share}");
+    assert_eq!(received(&flown.map).observation(), flown.map.observation());
 }

@@ -1,5 +1,7 @@
 //! What one cell of terrain is like.
 
+use std::num::NonZeroU8;
+
 use serde::{Deserialize, Serialize};
 
 /// The soil of a cell.
@@ -50,6 +52,10 @@ pub struct Ground {
     /// where some camera errs, it stands beside the speed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reading: Option<DriveSpeed>,
+    /// What sensors report of the cell beside its ground, the highest so far; what it means is for the sensor to say. The truth has
+    /// none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reported: Option<NonZeroU8>,
 }
 
 impl Ground {
@@ -61,6 +67,7 @@ impl Ground {
         passable: true,
         speed: None,
         reading: None,
+        reported: None,
     };
 
     /// Whether a rover that goes from cell to cell can stand here: as a hopper, and not where a rover gets stuck.

@@ -9,7 +9,7 @@
 use std::time::Duration;
 
 use bytemuck::Zeroable;
-use contract::wire::{CommandV3, MapPatchV2, SeenCellV3, StateV4};
+use contract::wire::{CommandV3, MapPatchV2, SeenCellV4, StateV4};
 use contract::{Command, MapPatch, Message, MonotonicNs, RobotId, State};
 use iceoryx2::port::listener::Listener;
 use iceoryx2::port::notifier::Notifier;
@@ -149,7 +149,7 @@ impl Relay {
         let mut states = Receiver::<State>::new(session)?;
         let maps = Sender::<MapPatch>::new(session, self.cells)?;
         let cell =
-            SeenCellV3 { height_m: 1.0, gradient: [0.5; 2], index: 0, visits: 0, soil: 1, passable: 1 };
+            SeenCellV4 { height_m: 1.0, gradient: [0.5; 2], index: 0, visits: 0, soil: 1, reported: 0 };
         let mut heard = clock::now();
         loop {
             while states.receive()?.is_some() {

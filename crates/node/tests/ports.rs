@@ -7,7 +7,7 @@ use crate::samples::{
 };
 use bytemuck::Zeroable;
 use contract::message::{Capacity, PublishSubscribe};
-use contract::wire::{GroundV2, MapPageV2, MapPatchV2, SeenCellV3, StateV4, TruthPageV1};
+use contract::wire::{GroundV2, MapPageV2, MapPatchV2, SeenCellV4, StateV4, TruthPageV1};
 use contract::{
     Brief, Command, Decision, Incarnation, MapPatch, MapRequest, Message, Name, PastPage, PastRequest,
     Payload, Policy, Refusal, Request, Role, RunId, State, Status, TruthRequest,
@@ -244,9 +244,9 @@ fn a_malformed_sample_is_refused_by_name() {
 }
 
 /// What a reader says of a message that is `patch(1)` but for what `twist` does to it.
-fn refusal(twist: impl Fn(&mut MapPatchV2, &mut [SeenCellV3])) -> Refusal {
+fn refusal(twist: impl Fn(&mut MapPatchV2, &mut [SeenCellV4])) -> Refusal {
     let mut header = MapPatchV2::from(&patch(1));
-    let mut cells: Vec<SeenCellV3> = patch(1).cells.iter().map(SeenCellV3::from).collect();
+    let mut cells: Vec<SeenCellV4> = patch(1).cells.iter().map(SeenCellV4::from).collect();
     contract::wire::patch_from_wire(&header, &cells).unwrap();
     twist(&mut header, &mut cells);
     contract::wire::patch_from_wire(&header, &cells).unwrap_err()
@@ -269,7 +269,6 @@ fn a_patch_or_page_out_of_range_is_refused_by_name() {
         ("cell.gradient", refusal(|_, cells| cells[2].gradient[1] = f64::INFINITY)),
         ("cell.soil", refusal(|_, cells| cells[2].soil = 0)),
         ("cell.soil", refusal(|_, cells| cells[2].soil = u8::MAX)),
-        ("cell.passable", refusal(|_, cells| cells[2].passable = 2)),
         ("map.sequence", refusal(|header, _| header.sequence = u64::MAX)),
         ("map.through", refusal(|header, _| header.through = u64::MAX)),
         ("map.seen_cells", refusal(|header, _| header.seen_cells = 21)),
@@ -286,7 +285,7 @@ fn a_patch_or_page_out_of_range_is_refused_by_name() {
         assert!(refusal.to_string().contains(field), "{field}: {refusal}");
         assert_eq!(refusal.reason(), "malformed", "{field}");
     }
-    let cell = SeenCellV3::from(&patch(1).cells[0]);
+    let cell = SeenCellV4::from(&patch(1).cells[0]);
     let refusal = contract::wire::patch_from_wire(&MapPatchV2::from(&patch(1)), &[cell; 1025]).unwrap_err();
     assert_eq!(refusal.to_string(), "field map.cells needs at most 1024 cells, got 1025");
 
@@ -333,7 +332,7 @@ struct Huge;
 
 impl Payload for Huge {
     type Header = ();
-    type Cell = SeenCellV3;
+    type Cell = SeenCellV4;
 
     fn header(&self) {}
 
@@ -341,11 +340,11 @@ impl Payload for Huge {
         1 << 40
     }
 
-    fn cell(&self, _index: usize) -> SeenCellV3 {
+    fn cell(&self, _index: usize) -> SeenCellV4 {
         unreachable!("it is refused before it is written")
     }
 
-    fn from_wire((): &(), _cells: &[SeenCellV3]) -> Result<Self, Refusal> {
+    fn from_wire((): &(), _cells: &[SeenCellV4]) -> Result<Self, Refusal> {
         Ok(Self)
     }
 }

@@ -258,6 +258,9 @@ pub struct SeenCell {
     /// by rovers
     #[prost(uint32, tag = "7")]
     pub visits: u32,
+    /// by sensors, beside the ground; 0 if nothing
+    #[prost(uint32, tag = "8")]
+    pub reported: u32,
 }
 /// hop/map
 #[derive(Clone, PartialEq, ::prost::Message)]

@@ -6,7 +6,8 @@
 use bytemuck::Zeroable;
 use contract::wire::{
     BriefV10, CommandV3, ControlV1, HeartbeatV2, LeaderV1, MapPageV2, MapPatchV2, OutcomeV1, PastHeaderV1,
-    PolicyCellV1, PolicyHeaderV1, PoseV1, RecordV4, RobotV1, SeenCellV3, StateV4, TempoV1,
+    PolicyCellV1, PolicyHeaderV1, PoseV1, RecordV4, RobotV1, SeenCellV4, StateV4, TempoV1, seen_soil,
+    soil_of_seen,
 };
 use contract::{Name, Refusal};
 
@@ -252,34 +253,39 @@ convert! {
 }
 
 /// Seen cells are converted by hand: there are many, and a list for the two gradients would allocate for each.
-impl From<&SeenCellV3> for proto::SeenCell {
-    fn from(wire: &SeenCellV3) -> Self {
+impl From<&SeenCellV4> for proto::SeenCell {
+    fn from(wire: &SeenCellV4) -> Self {
+        let (soil, passable) = soil_of_seen(wire.soil);
         Self {
             index: wire.index,
             height_m: wire.height_m,
             gradient_x: wire.gradient[0],
             gradient_y: wire.gradient[1],
-            soil: u32::from(wire.soil),
-            passable: wire.passable != 0,
+            soil: soil.into(),
+            passable,
             visits: wire.visits.into(),
+            reported: wire.reported.into(),
         }
     }
 }
 
-impl TryFrom<&proto::SeenCell> for SeenCellV3 {
+impl TryFrom<&proto::SeenCell> for SeenCellV4 {
     type Error = Refusal;
 
     fn try_from(proto_value: &proto::SeenCell) -> Result<Self, Refusal> {
         let soil = u8::try_from(proto_value.soil);
+        let soil = soil.map_err(|_| Refusal::malformed("SeenCell.soil", "a known tag", proto_value.soil))?;
         let visits = u16::try_from(proto_value.visits);
+        let reported = u8::try_from(proto_value.reported);
         Ok(Self {
             height_m: proto_value.height_m,
             gradient: [proto_value.gradient_x, proto_value.gradient_y],
             index: proto_value.index,
-            soil: soil.map_err(|_| Refusal::malformed("SeenCell.soil", "a known tag", proto_value.soil))?,
-            passable: u8::from(proto_value.passable),
+            soil: seen_soil(soil, proto_value.passable),
             visits: visits
                 .map_err(|_| Refusal::malformed("SeenCell.visits", "at most 65535", proto_value.visits))?,
+            reported: reported
+                .map_err(|_| Refusal::malformed("SeenCell.reported", "at most 255", proto_value.reported))?,
         })
     }
 }

@@ -2,7 +2,7 @@
 
 use contract::wire::{
     BriefV10, CommandV3, ControlV1, HeartbeatV2, MapPageV2, MapPatchV2, PastHeaderV1, PolicyCellV1,
-    PolicyHeaderV1, RecordV4, RobotV1, SeenCellV3, StateV4, TempoV1, brief_from_wire, map_page_from_wire,
+    PolicyHeaderV1, RecordV4, RobotV1, SeenCellV4, StateV4, TempoV1, brief_from_wire, map_page_from_wire,
     page_from_wire, patch_from_wire, policy_from_wire,
 };
 use contract::{
@@ -92,13 +92,13 @@ impl RecordedMessage {
             RecordedMessage::Patch(patch) => {
                 let mut message_proto = proto::MapPatch::from(&MapPatchV2::from(patch));
                 message_proto.cells =
-                    patch.cells.iter().map(|cell| (&SeenCellV3::from(cell)).into()).collect();
+                    patch.cells.iter().map(|cell| (&SeenCellV4::from(cell)).into()).collect();
                 message_proto.encode_to_vec()
             }
             RecordedMessage::Page(page) => {
                 let mut message_proto = proto::MapPage::from(&MapPageV2::from(page));
                 message_proto.cells =
-                    page.cells.iter().map(|cell| (&SeenCellV3::from(cell)).into()).collect();
+                    page.cells.iter().map(|cell| (&SeenCellV4::from(cell)).into()).collect();
                 message_proto.encode_to_vec()
             }
             RecordedMessage::Command(command) => {
@@ -148,12 +148,12 @@ impl RecordedMessage {
             }
             Channel::Map => {
                 let message_proto = proto::MapPatch::decode(bytes)?;
-                let cells = list::<_, SeenCellV3>(&message_proto.cells)?;
+                let cells = list::<_, SeenCellV4>(&message_proto.cells)?;
                 RecordedMessage::Patch(patch_from_wire(&MapPatchV2::try_from(&message_proto)?, &cells)?)
             }
             Channel::Snapshot => {
                 let message_proto = proto::MapPage::decode(bytes)?;
-                let cells = list::<_, SeenCellV3>(&message_proto.cells)?;
+                let cells = list::<_, SeenCellV4>(&message_proto.cells)?;
                 RecordedMessage::Page(map_page_from_wire(&MapPageV2::try_from(&message_proto)?, &cells)?)
             }
             Channel::Command => {

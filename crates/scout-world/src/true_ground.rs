@@ -1,6 +1,6 @@
 //! What a drive takes on the true ground, and what sensors see along a way.
 
-use contract::{Camera, DriveSpeed, ErringCamera, Grid, Ground, Sensor, Waypoint};
+use contract::{DriveSpeed, Grid, Ground, Sensor, Waypoint};
 use helicopter::Swath;
 use rover::{
     Allowance, Drive, Lattice, LatticeError, Point, Segment, Speed, Surface, SurfaceError, Truth, drive,
@@ -66,21 +66,19 @@ impl TrueGround {
         drive(&self.surface, &self.truth, &[point(from), point(to)], allowance)
     }
 
-    /// The cells that a robot with `sensor` sees on the straight way between two points, rising and each once. A drive
-    /// ends at the border of a cell of speed 0, which is seen too. What is seen on a drive that may take only so long is
+    /// The cells that a robot with `sensor` sees on the straight way between two points, rising and each once: what its camera
+    /// shows, or else what it drives over. A drive ends at the border of a cell of speed 0, which is seen too. What is seen on a drive that may take only so long is
     /// [`Drive::sensed`].
     #[must_use]
     pub fn seen(&self, sensor: Sensor, from: Waypoint, to: Waypoint) -> Vec<usize> {
-        let mut cells: Vec<usize> = match sensor {
-            Sensor::Camera(Camera { radius_m }) | Sensor::ErringCamera(ErringCamera { radius_m, .. }) => {
+        let mut cells: Vec<usize> = match sensor.view_m() {
+            Some(radius_m) => {
                 // The lattice is in cells.
                 let scaled = |at: Waypoint| Point::new(at.x_m / self.cell_size_m, at.y_m / self.cell_size_m);
                 let leg = Segment { from: scaled(from), to: scaled(to) };
                 Swath::new(self.lattice(), leg, radius_m / self.cell_size_m).cells(self.lattice()).collect()
             }
-            Sensor::Track(_) | Sensor::Square(_) => self.drive(from, to, Allowance::UNLIMITED).sensed,
-            // It sees where it stands, not along a way.
-            Sensor::Disc(_) => Vec::new(),
+            None => self.drive(from, to, Allowance::UNLIMITED).sensed,
         };
         cells.sort_unstable();
         cells.dedup();
@@ -106,7 +104,7 @@ pub fn drive_speed(speed: Speed) -> DriveSpeed {
 
 #[cfg(test)]
 mod tests {
-    use contract::Track;
+    use contract::{Camera, Track};
 
     use super::*;
 

@@ -1,13 +1,16 @@
-//! The map and the digest as they should be, computed by code that shares nothing with the product's: what a sensor sees,
-//! what gradients follow from it, the fingerprint of a map, and the digest chain.
+//! The map and the digest as they should be, computed by code that shares nothing with the product's: what gradients follow from
+//! what is seen, the fingerprint of a map, and the digest chain.
+
+use std::num::NonZeroU8;
 
 use contract::{
-    Account, Brief, Cell, Digest, DriveSpeed, GradientSource, Ground, Pose, Profile, Record, Robot, Sensor,
-    SensorParameters, Soil,
+    Account, Brief, Cell, Digest, DriveSpeed, GradientSource, Ground, Pose, Profile, Record, Robot, Soil,
 };
 use sha2::{Digest as _, Sha256};
 use terrain::Terrain;
 use xxhash_rust::xxh3::xxh3_64;
+
+use crate::sensor::{self, cells_of, distance_m};
 
 /// What robots on their way have shown of a cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -28,6 +31,8 @@ pub(crate) struct Expected {
     treasures: Vec<Cell>,
     /// What is known of each cell, in index order.
     cells: Vec<Option<Ground>>,
+    /// The highest that sensors have reported of each cell, in index order.
+    reported: Vec<Option<NonZeroU8>>,
     /// How often rovers have entered each cell, in index order.
     visits: Vec<u16>,
     /// Cells that each pose so far revealed or held in view.
@@ -42,6 +47,7 @@ impl Expected {
             doubtful: vec![false; count],
             treasures: Vec::new(),
             cells: vec![None; count],
+            reported: vec![None; count],
             visits: vec![0; count],
             disc_cells: Vec::new(),
         }
@@ -69,6 +75,20 @@ impl Expected {
         self.treasures.retain(|cell| *cell != at);
     }
 
+    /// A robot is at `pose`: what its sensor reports of the cells in view is part of what is revealed next.
+    pub fn report(&mut self, brief: &Brief, robot: &Robot, pose: Pose) {
+        let sensor = sensor::of(&robot.sensor);
+        if sensor.reports(0.0).is_none() {
+            return;
+        }
+        for index in sensor.around(brief, pose) {
+            let cell =
+                Cell::new(index as i32 % brief.grid.width as i32, index as i32 / brief.grid.width as i32);
+            let report = sensor.reports(distance_m(brief, pose.cell, cell));
+            self.reported[index] = self.reported[index].max(report);
+        }
+    }
+
     /// This is what robots have shown on their way, in index order.
     pub fn reveal(&mut self, brief: &Brief, terrain: &Terrain, shown: &[Shown]) {
         for (index, cell) in cells_of(brief).enumerate() {
@@ -85,8 +105,7 @@ impl Expected {
 
     /// The hopper that the mission is about is at `pose`: how much it sees from there is noted, and a treasure collected.
     pub fn land(&mut self, brief: &Brief, pose: Pose) {
-        let Sensor::Disc(sensor) = brief.robots[0].sensor else { return };
-        self.disc_cells.push(disc(brief, &sensor, pose).count());
+        self.disc_cells.push(sensor::of(&brief.robots[0].sensor).around(brief, pose).len());
         self.collect(pose.cell);
     }
 
@@ -101,6 +120,7 @@ impl Expected {
                 Account::ActionsWithoutWaits => truth.passable,
                 Account::Hopper | Account::Actions => truth.reading != Some(DriveSpeed::Zero),
             };
+            let truth = Ground { reported: self.reported[index], ..truth };
             let of_reading = Ground { speed: None, passable, ..truth };
             let told = if self.doubtful[index] { of_reading } else { Ground { reading: None, ..truth } };
             self.seen[index].then_some(told)
@@ -131,9 +151,10 @@ impl Expected {
             let reading = ground.reading.map_or(0, |reading| 1 + reading as u8);
             let sand = u8::from(ground.soil == Soil::Sand);
             bytes.extend([sand + 2 * speed + 16 * reading, u8::from(ground.passable)]);
-            if self.visits[index] > 0 {
+            if self.visits[index] > 0 || ground.reported.is_some() {
                 bytes.extend(self.visits[index].to_le_bytes());
             }
+            bytes.extend(ground.reported.map(NonZeroU8::get));
             sum = sum.wrapping_add(xxh3_64(&bytes));
         }
         for cell in &self.treasures {
@@ -145,47 +166,11 @@ impl Expected {
 
 /// Where gradients come from: the same for all hoppers of a mission, and measured where nobody hops.
 fn gradient_of(brief: &Brief) -> GradientSource {
-    let of_sensor = |robot: &Robot| match robot.sensor {
-        Sensor::Disc(sensor) => Some(sensor.gradient),
-        Sensor::Square(_) | Sensor::Track(_) | Sensor::Camera(_) | Sensor::ErringCamera(_) => None,
-    };
-    brief.robots.iter().find_map(of_sensor).unwrap_or(GradientSource::Measured)
+    let mut sensors = brief.robots.iter().map(|robot| sensor::of(&robot.sensor));
+    sensors.find_map(|sensor| sensor.gradient()).unwrap_or(GradientSource::Measured)
 }
 
-/// Indices of the cells that a hopper with such a sensor sees from `pose`.
-pub(crate) fn disc(
-    brief: &Brief,
-    sensor: &SensorParameters,
-    pose: Pose,
-) -> impl Iterator<Item = usize> + use<> {
-    let grid = brief.grid;
-    let radius_m = (sensor.gain * (pose.height_m + sensor.offset_m))
-        .max(sensor.radius_min_m)
-        .min(sensor.radius_max_m)
-        .max(f64::from(grid.hop_cells) * grid.cell_size_m);
-    let is_here = is_inside(brief, pose.cell);
-    let is_in_view = move |cell: Cell| {
-        let (x_m, y_m) = (
-            f64::from(cell.x - pose.cell.x) * grid.cell_size_m,
-            f64::from(cell.y - pose.cell.y) * grid.cell_size_m,
-        );
-        is_here && x_m * x_m + y_m * y_m <= radius_m * radius_m * (1.0 + 1e-12)
-    };
-    cells_of(brief).enumerate().filter(move |(_, cell)| is_in_view(*cell)).map(|(index, _)| index)
-}
-
-/// Indices of the cells up to `range` columns and rows from `at`.
-pub(crate) fn square(brief: &Brief, range: i32, at: Cell) -> impl Iterator<Item = usize> + use<> {
-    let is_in_view = move |cell: Cell| (cell.x - at.x).abs() <= range && (cell.y - at.y).abs() <= range;
-    cells_of(brief).enumerate().filter(move |(_, cell)| is_in_view(*cell)).map(|(index, _)| index)
-}
-
-fn cells_of(brief: &Brief) -> impl Iterator<Item = Cell> + use<> {
-    let (width, height) = (brief.grid.width as i32, brief.grid.height as i32);
-    (0..height).flat_map(move |y| (0..width).map(move |x| Cell::new(x, y)))
-}
-
-fn is_inside(brief: &Brief, cell: Cell) -> bool {
+pub(crate) fn is_inside(brief: &Brief, cell: Cell) -> bool {
     (0..brief.grid.width as i32).contains(&cell.x) && (0..brief.grid.height as i32).contains(&cell.y)
 }
 

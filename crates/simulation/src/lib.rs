@@ -38,6 +38,7 @@ mod reservation;
 mod route_memory;
 mod routes;
 mod screen;
+mod sensor;
 pub mod setup;
 pub mod shrink;
 pub mod simulation;

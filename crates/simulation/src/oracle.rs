@@ -8,15 +8,16 @@ use std::sync::Arc;
 
 use contract::{
     Account, Action, Branch, Cell, Collected, Decision, Digest, Ground, Leader, Origin, Outcome, Pose,
-    Record, RobotId, RunId, Sensor, State, Team, Vetoed, Waypoint,
+    Record, RobotId, RunId, State, Team, Vetoed, Waypoint,
 };
 use hopper_sim::Mission;
 use hopper_sim::dynamics::Execution;
 use planner::Situation;
 
-use crate::expected::{Expected, Shown, disc, square};
+use crate::expected::{Expected, Shown};
 use crate::model::{Counter, Follows, Model, Way, duration_ns};
 use crate::routes::Routes;
+use crate::sensor;
 use crate::setup::Missions;
 
 use self::covering::Covering;
@@ -123,15 +124,27 @@ impl Oracle {
     fn look_around(&mut self, number: usize) {
         let (brief, actor) = (&self.mission.brief, &self.turns.actors[number]);
         let cell = actor.cell;
-        match (actor.robot.sensor, self.mission.terrain.ground(cell)) {
-            (Sensor::Disc(sensor), Some(ground)) => {
-                let pose = Pose { cell, height_m: ground.height_m };
-                disc(brief, &sensor, pose).for_each(|index| self.shown[index] = Shown::Truth);
-            }
-            (Sensor::Square(sensor), _) => square(brief, sensor.range_cells as i32, cell)
-                .for_each(|index| self.shown[index] = Shown::Truth),
-            (Sensor::Disc(_), None) | (Sensor::Track(_) | Sensor::Camera(_) | Sensor::ErringCamera(_), _) => {
-            }
+        let Some(ground) = self.mission.terrain.ground(cell) else { return };
+        let pose = Pose { cell, height_m: ground.height_m };
+        let (sensor, errs) = (sensor::of(&actor.robot.sensor), actor.robot.sensor.accuracy().is_some());
+        self.show(sensor.around(brief, pose), errs);
+    }
+
+    /// Some robot has shown these cells, by a camera that `errs` or by another sensor.
+    fn show(&mut self, cells: Vec<usize>, errs: bool) {
+        for cell in cells {
+            self.shown[cell] = match (errs, self.shown[cell]) {
+                (true, Shown::Nothing | Shown::Reading) => Shown::Reading,
+                (true, Shown::Truth) | (false, _) => Shown::Truth,
+            };
+        }
+    }
+
+    /// What a robot reports of the cells around it where it is.
+    fn report(&self, actor: &actor::Actor, expected: &mut Expected) {
+        if let Some(ground) = self.mission.terrain.ground(actor.cell) {
+            let pose = Pose { cell: actor.cell, height_m: ground.height_m };
+            expected.report(&self.mission.brief, &actor.robot, pose);
         }
     }
 
@@ -279,6 +292,7 @@ impl Model for Oracle {
         let Some(record) = record else {
             let starts = self.coverers.iter().map(|number| self.turns.actors[*number].robot.start.cell);
             starts.for_each(|cell| expected.visit(brief, cell));
+            self.turns.actors.iter().for_each(|actor| self.report(actor, expected));
             expected.reveal(brief, terrain, &self.shown);
             let cell = brief.robots[0].start.cell;
             if let (Account::Hopper, Some(ground)) = (brief.account, terrain.ground(cell)) {
@@ -287,6 +301,11 @@ impl Model for Oracle {
             return;
         };
         self.entered(record).into_iter().for_each(|cell| expected.visit(brief, cell));
+        self.turns
+            .actors
+            .get(usize::from(record.robot.0))
+            .into_iter()
+            .for_each(|actor| self.report(actor, expected));
         expected.reveal(brief, terrain, &self.shown);
         if !self.hops(record.robot) {
             return;

@@ -10,9 +10,10 @@ use contract::{
 use hopper_sim::Mission;
 use hopper_sim::dynamics::Execution;
 
-use crate::expected::{Expected, Shown, disc};
+use crate::expected::{Expected, Shown};
 use crate::model::{Follows, Model, Way};
 use crate::routes::Routes;
+use crate::sensor;
 
 const HOPPER: RobotId = RobotId(0);
 
@@ -47,8 +48,8 @@ impl TestingModel {
 
     fn look_around(&mut self) {
         let brief = &self.mission.brief;
-        let (_, sensor) = brief.robots[0].as_hopper().expect("protocol missions have a hopper");
-        disc(brief, sensor, self.pose()).for_each(|index| self.shown[index] = Shown::Truth);
+        let seen = sensor::of(&brief.robots[0].sensor).around(brief, self.pose());
+        seen.into_iter().for_each(|index| self.shown[index] = Shown::Truth);
     }
 
     /// The cell to which it is to go after so many visits; cells are a metre wide.

@@ -15,7 +15,7 @@ mod uncertain_ground;
 
 use contract::{
     Account, Action, Announcement, Body, Branch, Brief, Cell, Flight, Goal, Leader, Outcome, Placement,
-    Policy, Pose, Record, Refusal, RobotId, Route, RouteId, Sensor, Standing, State, Status, Team, Waypoint,
+    Policy, Pose, Record, Refusal, RobotId, Route, RouteId, Standing, State, Status, Team, Waypoint,
 };
 use rover::Drive;
 use scenario::Fault;
@@ -239,7 +239,7 @@ impl RobotTeam {
             if let Some(drive) = drive {
                 ground.drove(robot, drive);
                 if has_gone {
-                    ground.see(&seer, &drive.sensed);
+                    ground.see(&seer, drive.sensed.iter().copied());
                 }
             }
         }
@@ -253,21 +253,14 @@ impl RobotTeam {
     /// Adds what a robot that goes from cell to cell sees from where it is to what the guard of drives knows: planners of drives know
     /// it by the map.
     fn look_around(&mut self, terrain: &Terrain, robot: RobotId) {
-        let (Some(uncertain), entry) = (&mut self.ground, self.roster.entry(robot)) else { return };
-        let (grid, at) = (self.brief.grid, entry.at.cell);
-        let (is_disc, reach_cells) = match (entry.robot.sensor, terrain.ground(at)) {
-            (Sensor::Disc(disc), Some(ground)) => (true, disc.reach_cells(&grid, ground.height_m)),
-            (Sensor::Square(square), Some(_)) => (false, f64::from(square.range_cells)),
-            _ => return,
-        };
-        let clip = |at: i32, side: u32| {
-            let reach = reach_cells as i32;
-            at.saturating_sub(reach).max(0)..=at.saturating_add(reach).min(side as i32 - 1)
-        };
-        let columns = clip(at.x, grid.width);
-        let cells = clip(at.y, grid.height).flat_map(|y| columns.clone().map(move |x| Cell::new(x, y)));
-        let seen = cells.filter(|cell| !is_disc || cell.distance_cells(at) <= reach_cells);
-        uncertain.show(seen.filter_map(|cell| grid.index(cell)));
+        let Some(uncertain) = &mut self.ground else { return };
+        let (grid, entry) = (self.brief.grid, self.roster.entry(robot));
+        let (robot, at) = (entry.robot, entry.at.cell);
+        let Some(ground) = terrain.ground(at) else { return };
+        if let Some(view) = robot.sensor.around(&grid, ground.height_m) {
+            let seen = view.cells(grid, at);
+            uncertain.see(&robot, seen.filter_map(|cell| grid.index(cell)));
+        }
     }
 
     /// Adds a route of an earlier life, which [`RobotTeam::recall`] needs.

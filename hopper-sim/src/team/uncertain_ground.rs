@@ -120,18 +120,13 @@ impl UncertainGround {
     /// Takes note of what `robot` has seen on its way between two points.
     pub fn see_between(&mut self, robot: &Robot, from: Waypoint, to: Waypoint) {
         let cells = self.ground.seen(robot.sensor, from, to);
-        self.see(robot, &cells);
-    }
-
-    /// Takes note of cells that a robot which goes from cell to cell has seen.
-    pub fn show(&mut self, cells: impl Iterator<Item = usize>) {
-        cells.for_each(|cell| self.sights[cell] = Sight::Seen);
+        self.see(robot, cells);
     }
 
     /// Takes note of what a robot sees of these cells.
-    pub fn see(&mut self, robot: &Robot, cells: &[usize]) {
+    pub fn see(&mut self, robot: &Robot, cells: impl IntoIterator<Item = usize>) {
         let errs = robot.sensor.accuracy().is_some();
-        for &cell in cells {
+        for cell in cells {
             self.sights[cell] = match (errs, self.sights[cell]) {
                 (true, Sight::Unseen | Sight::Read) => Sight::Read,
                 (false, _) | (true, Sight::Seen) => Sight::Seen,

@@ -1,8 +1,7 @@
 //! The cells of the observed map in the order they were first seen.
 
-use contract::{
-    Brief, Camera, Cell, Decision, DriveSpeed, ErringCamera, Grid, ObservedMap, RobotId, Sensor, Soil,
-};
+use contract::mission::sensor::View;
+use contract::{Brief, Cell, Decision, DriveSpeed, Grid, ObservedMap, RobotId, Soil};
 use report::Layer;
 
 use super::Hops;
@@ -190,18 +189,9 @@ impl SeenCells {
                 return;
             }
             let Some((robot, cell, height_m)) = self.pose(hops, decision) else { continue };
-            let Some((is_square, reach_cells)) = self.reach(robot, height_m) else { continue };
-            let reach = reach_cells as i32;
-            let clip = |at: i32, side: u32| {
-                at.saturating_sub(reach).max(0)..=at.saturating_add(reach).min(side as i32 - 1)
-            };
-            for y in clip(cell.y, self.grid.height) {
-                for x in clip(cell.x, self.grid.width) {
-                    let at = Cell::new(x, y);
-                    if is_square || at.distance_cells(cell) <= reach_cells {
-                        pending -= usize::from(self.stamp(at, decision));
-                    }
-                }
+            let Some(view) = self.view(robot, height_m) else { continue };
+            for at in view.cells(self.grid, cell) {
+                pending -= usize::from(self.stamp(at, decision));
             }
         }
         if pending > 0 {
@@ -221,17 +211,12 @@ impl SeenCells {
         true
     }
 
-    /// Whether a robot sees a square instead of a disc, and how far it sees from a height, cells. What it saw on its way between two
-    /// poses is known only from the map.
-    fn reach(&self, robot: RobotId, height_m: f64) -> Option<(bool, f64)> {
-        Some(match self.brief.robots.at(robot)?.sensor {
-            Sensor::Disc(disc) => (false, disc.reach_cells(&self.grid, height_m)),
-            Sensor::Square(square) => (true, f64::from(square.range_cells)),
-            Sensor::Track(_) => (false, 0.0),
-            Sensor::Camera(Camera { radius_m }) | Sensor::ErringCamera(ErringCamera { radius_m, .. }) => {
-                (false, radius_m / self.grid.cell_size_m)
-            }
-        })
+    /// What a robot sees around it from a height: of one that sees along its way, as far as its camera reaches. What it saw on its way
+    /// between two poses is known only from the map.
+    fn view(&self, robot: RobotId, height_m: f64) -> Option<View> {
+        let sensor = self.brief.robots.at(robot)?.sensor;
+        let along_way = View::disc(sensor.view_m().unwrap_or_default() / self.grid.cell_size_m);
+        Some(sensor.around(&self.grid, height_m).unwrap_or(along_way))
     }
 
     /// Number, cell and height of the robot that acted last when a decision was due; `None` if not known.

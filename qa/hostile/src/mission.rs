@@ -10,7 +10,7 @@ use std::collections::VecDeque;
 use contract::limits::PAST_PAGE_RECORDS;
 use contract::wire::{
     BriefV10, CommandV3, GroundV2, HeartbeatV2, MapPageV2, MapPatchV2, MapRequestV1, PastHeaderV1,
-    PastRequestV1, RecordV4, RobotV1, SeenCellV3, StateV4, TruthPageV1, TruthRequestV1, Wire,
+    PastRequestV1, RecordV4, RobotV1, SeenCellV4, StateV4, TruthPageV1, TruthRequestV1, Wire,
     brief_from_wire, map_page_from_wire, page_from_wire, patch_from_wire, truth_page_from_wire,
 };
 use contract::{
@@ -191,7 +191,7 @@ impl<'a> Processes<'a> {
     fn patch(&mut self) {
         let patch = self.patches.pop_front().unwrap_or_else(crate::wire::patch);
         let header = self.script.damaged(MapPatchV2::from(&patch));
-        let cells = self.one_damaged(patch.cells.iter().map(SeenCellV3::from).collect());
+        let cells = self.one_damaged(patch.cells.iter().map(SeenCellV4::from).collect());
         match patch_from_wire(&header, &cells) {
             Ok(patch) => {
                 self.watcher(watcher::Event::Map(patch.clone()));
@@ -207,7 +207,7 @@ impl<'a> Processes<'a> {
         let Ok(request) = MapRequest::try_from(&wire) else { return };
         let page = self.cartographer.page(&request).unwrap_or_else(crate::wire::page);
         let header = self.script.damaged(MapPageV2::from(&page));
-        let cells = self.one_damaged(page.cells.iter().map(SeenCellV3::from).collect());
+        let cells = self.one_damaged(page.cells.iter().map(SeenCellV4::from).collect());
         match map_page_from_wire(&header, &cells) {
             Ok(page) => self.pilot(pilot::Event::Page(page)),
             Err(refusal) => self.pilot(pilot::Event::Refused(refusal)),

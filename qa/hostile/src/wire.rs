@@ -13,7 +13,7 @@ use contract::limits::{
 use contract::wire::{
     AnnouncementV1, BriefV10, CommandV3, ControlV1, GroundV2, HeartbeatV2, MapPageV2, MapPatchV2,
     MapRequestV1, MemberV6, PastHeaderV1, PastRequestV1, PolicyCellV1, PolicyHeaderV1, PriorCellV1,
-    PriorPageV1, PriorRequestV1, RecordV4, RobotV1, RoutePageV1, RouteRequestV1, SeenCellV3, StateV4,
+    PriorPageV1, PriorRequestV1, RecordV4, RobotV1, RoutePageV1, RouteRequestV1, SeenCellV4, StateV4,
     TeamHeaderV1, TempoV1, TruthPageV1, TruthRequestV1, WaypointV1, Wire, announcement_from_wire,
     brief_from_wire, map_page_from_wire, page_from_wire, patch_from_wire, policy_from_wire,
     prior_page_from_wire, route_page_from_wire, team_from_wire, truth_page_from_wire,
@@ -65,7 +65,7 @@ pub fn map_patch(bytes: &[u8]) {
     let (header, rest) = header(bytes);
     paged(patch_from_wire(&header, &payload(rest)), |patch| {
         assert!(patch.cells.len() <= MAP_PATCH_CELLS);
-        let cells: Vec<SeenCellV3> = patch.cells.iter().map(SeenCellV3::from).collect();
+        let cells: Vec<SeenCellV4> = patch.cells.iter().map(SeenCellV4::from).collect();
         patch_from_wire(&MapPatchV2::from(patch), &cells)
     });
 }
@@ -75,7 +75,7 @@ pub fn map_page(bytes: &[u8]) {
     let (header, rest) = header(bytes);
     paged(map_page_from_wire(&header, &payload(rest)), |page| {
         assert!(page.cells.len() <= MAP_PAGE_CELLS);
-        let cells: Vec<SeenCellV3> = page.cells.iter().map(SeenCellV3::from).collect();
+        let cells: Vec<SeenCellV4> = page.cells.iter().map(SeenCellV4::from).collect();
         map_page_from_wire(&MapPageV2::from(page), &cells)
     });
 }
@@ -148,7 +148,7 @@ pub fn truth_page(bytes: &[u8]) {
 
 /// Cells of the map and of the truth, and records, each alone.
 pub fn cell(bytes: &[u8]) {
-    there_and_back::<SeenCellV3, SeenCell>(&header(bytes).0);
+    there_and_back::<SeenCellV4, SeenCell>(&header(bytes).0);
     there_and_back::<RecordV4, Record>(&header(bytes).0);
     there_and_back::<GroundV2, Ground>(&header(bytes).0);
 }
@@ -314,7 +314,7 @@ pub fn truth() -> TruthPage {
 #[must_use]
 pub fn map_patches() -> Vec<Vec<u8>> {
     let patch = patch();
-    let cells: Vec<_> = patch.cells.iter().map(SeenCellV3::from).collect();
+    let cells: Vec<_> = patch.cells.iter().map(SeenCellV4::from).collect();
     vec![bytes_of(&MapPatchV2::from(&patch), &cells)]
 }
 
@@ -322,7 +322,7 @@ pub fn map_patches() -> Vec<Vec<u8>> {
 #[must_use]
 pub fn map_pages() -> Vec<Vec<u8>> {
     let page = page();
-    let cells: Vec<_> = page.cells.iter().map(SeenCellV3::from).collect();
+    let cells: Vec<_> = page.cells.iter().map(SeenCellV4::from).collect();
     vec![bytes_of(&MapPageV2::from(&page), &cells)]
 }
 
@@ -420,7 +420,7 @@ pub fn truth_pages() -> Vec<Vec<u8>> {
 pub fn cells() -> Vec<Vec<u8>> {
     let (seen, ground) = (seen_cells()[0], fixtures::world().terrain.cells[0]);
     vec![
-        bytes_of::<_, GroundV2>(&SeenCellV3::from(&seen), &[]),
+        bytes_of::<_, GroundV2>(&SeenCellV4::from(&seen), &[]),
         bytes_of::<_, GroundV2>(&GroundV2::from(&ground), &[]),
         bytes_of::<_, GroundV2>(&RecordV4::from(&fixtures::flown().0[0]), &[]),
     ]

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use contract::wire::{
     BriefV10, CommandV3, GroundV2, HeartbeatV2, MapPageV2, MapPatchV2, PastHeaderV1, RecordV4, RobotV1,
-    SeenCellV3, StateV4, TruthPageV1, brief_from_wire, map_page_from_wire, page_from_wire, patch_from_wire,
+    SeenCellV4, StateV4, TruthPageV1, brief_from_wire, map_page_from_wire, page_from_wire, patch_from_wire,
     truth_page_from_wire,
 };
 use contract::{Brief, Command, Decision, Heartbeat, Incarnation, MonotonicNs, PastPage, Record, State};
@@ -134,7 +134,7 @@ fn briefs() -> Vec<Brief> {
 fn no_extreme_of_what_peers_read_ends_one_of_them() {
     let (records, states) = fixtures::flown();
     let (patch, page, truth) = (wire::patch(), wire::page(), wire::truth());
-    let cells: Vec<_> = patch.cells.iter().map(SeenCellV3::from).collect();
+    let cells: Vec<_> = patch.cells.iter().map(SeenCellV4::from).collect();
     let ground: Vec<_> = truth.cells.iter().map(GroundV2::from).collect();
     for brief in briefs() {
         for run in [fixtures::RUN, brief.run] {

@@ -1,6 +1,7 @@
 //! What has been seen so far.
 
 use std::collections::VecDeque;
+use std::num::NonZeroU8;
 
 use xxhash_rust::xxh3::xxh3_64;
 
@@ -343,9 +344,9 @@ fn mark_of(cell: Cell) -> u64 {
     xxh3_64(&bytes)
 }
 
-/// XXH3-64 of one seen cell; visits count only where there were any.
+/// XXH3-64 of one seen cell; visits and reports count only where there were any.
 fn fingerprint(index: usize, ground: &Ground, visits: u16) -> u64 {
-    let mut bytes = [0; 32];
+    let mut bytes = [0; 33];
     bytes[..4].copy_from_slice(&(index as u32).to_le_bytes());
     bytes[4..12].copy_from_slice(&ground.height_m.to_bits().to_le_bytes());
     bytes[12..20].copy_from_slice(&ground.gradient[0].to_bits().to_le_bytes());
@@ -354,8 +355,13 @@ fn fingerprint(index: usize, ground: &Ground, visits: u16) -> u64 {
     let number = |speed: Option<DriveSpeed>| speed.map_or(0, |speed| speed as u8 + 1);
     bytes[28] = u8::from(ground.soil == Soil::Sand) | number(ground.speed) << 1 | number(ground.reading) << 4;
     bytes[29] = u8::from(ground.passable);
-    bytes[30..].copy_from_slice(&visits.to_le_bytes());
-    if visits == 0 { xxh3_64(&bytes[..30]) } else { xxh3_64(&bytes) }
+    bytes[30..32].copy_from_slice(&visits.to_le_bytes());
+    bytes[32] = ground.reported.map_or(0, NonZeroU8::get);
+    match (bytes[32], visits) {
+        (0, 0) => xxh3_64(&bytes[..30]),
+        (0, _) => xxh3_64(&bytes[..32]),
+        _ => xxh3_64(&bytes),
+    }
 }
 
 #[cfg(test)]
@@ -385,6 +391,20 @@ mod tests {
         assert_eq!(rebuilt.observation(), map.observation());
         assert_eq!((rebuilt.seen_cells(), rebuilt.sand_cells()), (3, 2));
         assert_eq!(rebuilt, map);
+    }
+
+    #[test]
+    fn what_is_reported_changes_the_fingerprint_and_no_other_cell_has_it() {
+        let observation = |reported, visits| {
+            let mut map = map();
+            map.learn_visited(7, Ground { reported: NonZeroU8::new(reported), ..Ground::FLAT }, visits);
+            map.observation()
+        };
+        let mut all: Vec<u64> =
+            [(0, 0), (0, 1), (1, 0), (1, 1), (255, 0)].map(|(r, v)| observation(r, v)).into();
+        all.sort_unstable();
+        all.dedup();
+        assert_eq!(all.len(), 5);
     }
 
     #[test]

@@ -1,15 +1,17 @@
 //! `hop/map` and `hop/snapshot`.
 
+use std::num::NonZeroU8;
+
 use crate::Role;
 use crate::{fixed_payload, slice_payload};
 
 use super::declaration::wire;
-use super::ground::SOIL;
+use super::ground::SEEN_SOIL;
 use super::{
     CELL_SIZE, GRID_SIDE, HOP_CELLS, TREASURE_COUNT, TREASURES, cells_at_most, grid_from_wire,
     treasures_from_wire, treasures_to_wire,
 };
-use crate::codec::{ANY, COUNTED, FLAG, GRADIENT, LENGTH, ROBOT, RUN, at_most, by_hand};
+use crate::codec::{ANY, COUNTED, GRADIENT, LENGTH, ROBOT, RUN, at_most, by_hand};
 use crate::limits::{MAP_PAGE_CELLS, MAP_PATCH_CELLS, PATCHES_MAX, TREASURES_MAX};
 use crate::message::{Capacity, Message, PublishSubscribe, Request, RequestResponse};
 use crate::{Decision, Digest, Grid, Ground, MapPage, MapPatch, MapRequest, MonotonicNs, Refusal, SeenCell};
@@ -89,7 +91,7 @@ wire! {
     /// # Errors
     /// If the lattice or a number is out of range, there are too many cells, or one is out of range, off the
     /// lattice or out of order.
-    pub fn patch_from_wire(cells: &[SeenCellV3]);
+    pub fn patch_from_wire(cells: &[SeenCellV4]);
 }
 
 wire! {
@@ -177,12 +179,12 @@ wire! {
     ///
     /// # Errors
     /// As [`patch_from_wire`], and if the stretch is none or a cell lies outside of it.
-    pub fn map_page_from_wire(cells: &[SeenCellV3]);
+    pub fn map_page_from_wire(cells: &[SeenCellV4]);
 }
 
 wire! {
     /// What is known of a seen cell.
-    pub struct SeenCellV3 = "hop.SeenCell.v3", 32 bytes, refused as "cell" {
+    pub struct SeenCellV4 = "hop.SeenCell.v4", 32 bytes, refused as "cell" {
         /// Height above the datum, metres.
         height_m: f64 = LENGTH,
         /// Gradient (∂h/∂x, ∂h/∂y), metres per metre.
@@ -191,23 +193,29 @@ wire! {
         index: u32 = by_hand("within the stretch, in order"),
         /// How often rovers have entered it.
         visits: u16 = ANY,
-        /// Soil, speed and reading, as in `hop.Ground.v2`.
-        soil: u8 = SOIL,
-        /// 1 where a robot can stand.
-        passable: u8 = FLAG,
+        /// Soil, speed and reading, as in `hop.Ground.v2`; where no robot can stand, with the other lowest bit.
+        soil: u8 = SEEN_SOIL,
+        /// What sensors report of it beside its ground; 0 if nothing.
+        reported: u8 = ANY,
     }
-    of SeenCell { index, visits, ground: Ground { height_m, gradient, soil, passable, speed, reading } }
+    of SeenCell {
+        index,
+        visits,
+        ground: Ground { height_m, gradient, soil, passable, speed, reading, reported },
+    }
     to_wire {
-        let soil = &(*soil, *speed, *reading);
+        let soil = &(*soil, *speed, *reading, *passable);
+        let reported = &reported.map_or(0, NonZeroU8::get);
     }
     from_wire(wire) {
-        let (soil, speed, reading) = soil;
+        let (soil, speed, reading, passable) = soil;
+        let reported = NonZeroU8::new(reported);
     }
 }
 
 /// At most `most` cells with indices from `from` on and below `next`, in order.
 fn seen_cells_from_wire(
-    cells: &[SeenCellV3],
+    cells: &[SeenCellV4],
     most: usize,
     from: u32,
     next: u32,
@@ -227,7 +235,7 @@ fn seen_cells_from_wire(
     Ok(seen)
 }
 
-slice_payload!(MapPatch => MapPatchV2, SeenCellV3, cells, patch_from_wire);
+slice_payload!(MapPatch => MapPatchV2, SeenCellV4, cells, patch_from_wire);
 
 /// Wakes planners. A late reader asks for the map ([`MapRequest`]), and so does every reader after a landing of
 /// more patches than the buffer holds: one that reveals more than 16,384 cells, which no sensor of the built-in
@@ -245,7 +253,7 @@ impl Message for MapPatch {
 
 fixed_payload!(MapRequest => MapRequestV1);
 
-slice_payload!(MapPage => MapPageV2, SeenCellV3, cells, map_page_from_wire);
+slice_payload!(MapPage => MapPageV2, SeenCellV4, cells, map_page_from_wire);
 
 /// The map for whoever has missed a patch.
 impl Request for MapRequest {

@@ -195,7 +195,7 @@ fn every_field_is_accepted_just_inside_of_its_range_and_refused_just_outside() {
     fixed::<_, Heartbeat>(&[lowest::<HeartbeatV2>()]);
     fixed::<_, Command>(&[lowest::<CommandV3>()]);
     fixed::<_, Ground>(&[lowest::<GroundV2>()]);
-    fixed::<_, SeenCell>(&[lowest::<SeenCellV3>()]);
+    fixed::<_, SeenCell>(&[lowest::<SeenCellV4>()]);
     fixed::<_, PolicyCell>(&[lowest::<PolicyCellV1>()]);
     fixed::<_, MapRequest>(&[lowest::<MapRequestV1>()]);
     fixed::<_, PastRequest>(&[lowest::<PastRequestV1>()]);

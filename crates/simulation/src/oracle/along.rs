@@ -6,7 +6,6 @@ use super::Oracle;
 use super::actor::Actor;
 use super::body::Arrival;
 use super::uncertain::{TOLERANCE_M, point};
-use crate::expected::Shown;
 
 /// Whether a robot may do that, which is not to go on along its route.
 pub(super) fn may(oracle: &Oracle, number: usize, action: Action) -> bool {
@@ -93,13 +92,7 @@ pub(super) fn take(oracle: &mut Oracle, number: usize, decision: Decision, actio
 fn look(oracle: &mut Oracle, number: usize, action: Action) {
     let actor = &oracle.turns.actors[number];
     let (cells, sensor) = (actor.body().seen_on_way(oracle, number, action), actor.robot.sensor);
-    for cell in cells {
-        if sensor.accuracy().is_none() {
-            oracle.shown[cell] = Shown::Truth;
-        } else if oracle.shown[cell] == Shown::Nothing {
-            oracle.shown[cell] = Shown::Reading;
-        }
-    }
+    oracle.show(cells, sensor.accuracy().is_some());
 }
 
 /// A stage has ended: all that still look ahead from the air are with the robot that ended it, fresh, and act no earlier than it.

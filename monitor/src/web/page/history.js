@@ -150,9 +150,9 @@ export class MissionHistory {
 
   /** How far a robot's camera sees to each side, in cells; null without a camera. */
   viewCells(robot) {
-    const { sensor } = this.mission.robots[robot];
-    const camera = sensor.camera ?? sensor.erring_camera;
-    return camera ? camera.radius_m / this.mission.grid.cell_size_m : null;
+    // A sensor is an object with one member, its kind; of all kinds cameras alone have a radius.
+    const [{ radius_m = null }] = Object.values(this.mission.robots[robot].sensor);
+    return radius_m && radius_m / this.mission.grid.cell_size_m;
   }
 
   addCells({ i, h, at, v, values = [] }) {

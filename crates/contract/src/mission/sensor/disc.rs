@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::SensorKind;
+use super::{SensorKind, View};
 use crate::Grid;
 use crate::block::Block;
 use crate::codec::{DISTANCE, LENGTH, float};
@@ -72,5 +72,52 @@ impl Kind for SensorParameters {
 impl SensorKind for SensorParameters {
     fn in_words(&self) -> Option<String> {
         Some("a disc that grows with its height".into())
+    }
+
+    fn around(&self, grid: &Grid, height_m: f64) -> Option<View> {
+        Some(View::disc(self.reach_cells(grid, height_m)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Cell, Direction};
+
+    fn sensor() -> SensorParameters {
+        SensorParameters {
+            gain: 2.0,
+            offset_m: 1.0,
+            radius_min_m: 1.0,
+            radius_max_m: 12.0,
+            gradient: GradientSource::Measured,
+        }
+    }
+
+    #[test]
+    fn the_radius_grows_by_two_metres_a_metre_and_is_clamped() {
+        assert_eq!(sensor().radius_m(0.0), 2.0);
+        assert_eq!(sensor().radius_m(1.5), 5.0);
+        assert_eq!(sensor().radius_m(-4139.0), 1.0);
+        assert_eq!(sensor().radius_m(4139.0), 12.0);
+    }
+
+    /// P-GUARD-REACH.
+    #[test]
+    fn every_landing_of_every_hop_lies_in_the_smallest_disc_whatever_the_rounding() {
+        for hop_cells in 1..=12 {
+            for cell_size_m in (1..=40).map(|step| f64::from(step) / 20.0) {
+                let side = 2 * hop_cells + 1;
+                let grid = Grid::new(side, side, cell_size_m, hop_cells).unwrap();
+                let cell = Cell::new(hop_cells as i32, hop_cells as i32);
+                let hop_m = grid.hop_distance_m();
+                let least =
+                    SensorParameters { gain: 0.0, radius_min_m: hop_m, radius_max_m: hop_m, ..sensor() };
+                let seen: Vec<Cell> = least.around(&grid, 0.0).unwrap().cells(grid, cell).collect();
+                for landing in Direction::ALL.map(|direction| grid.hop(cell, direction)) {
+                    assert!(seen.contains(&landing), "{landing}: {hop_cells} cells of {cell_size_m} m");
+                }
+            }
+        }
     }
 }

@@ -1,6 +1,13 @@
 //! What a robot sees of the ground around it.
 
+mod view;
+
+use std::num::NonZeroU8;
+
 use super::kind::kinds;
+use crate::Grid;
+
+pub use view::View;
 
 kinds! {
     /// What a robot sees of the ground around it.
@@ -17,6 +24,17 @@ kinds! {
 pub trait SensorKind {
     /// What it sees, as `hopper scenario check` says it; `None` where its name says enough.
     fn in_words(&self) -> Option<String> {
+        None
+    }
+
+    /// What it shows around a robot that is `height_m` above the datum, if it shows more than what is on the way.
+    fn around(&self, _grid: &Grid, _height_m: f64) -> Option<View> {
+        None
+    }
+
+    /// What it reports of a cell around it beside the ground, the middle of the cell so far away; see
+    /// [`crate::Ground::reported`]. A sensor that reports nothing does so at every distance.
+    fn reports(&self, _distance_m: f64) -> Option<NonZeroU8> {
         None
     }
 

@@ -2,7 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::SensorKind;
+use super::{SensorKind, View};
+use crate::Grid;
 use crate::block::Block;
 use crate::codec::whole;
 use crate::mission::kind::Kind;
@@ -31,5 +32,9 @@ impl Kind for Square {
 impl SensorKind for Square {
     fn in_words(&self) -> Option<String> {
         Some(format!("{0} x {0} cells", 2 * self.range_cells + 1))
+    }
+
+    fn around(&self, _grid: &Grid, _height_m: f64) -> Option<View> {
+        Some(View::square(self.range_cells))
     }
 }
