@@ -195,6 +195,7 @@ fn unoptimised(manifest: &str) -> String {
 /// memory budget, simulation and recording, the planner flies, page, picture and recording show the
 /// layer, the body reaches its goal and a hopper the new one, and what the sensor reports of cells is
 /// on the map, in messages and on a layer.
+// Long: a line for each claim.
 #[test]
 fn what_is_added_by_the_guides_works() {
     // Its own target folder would compile all dependencies again.

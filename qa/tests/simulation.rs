@@ -317,7 +317,7 @@ fn the_checker_computes_map_and_digest_without_the_products_code() {
             "is_drivable",
             "coverage_world",
             "goal.cell(",
-            "cell_on(",
+            "leg_on(",
             "is_reached_at_start(",
             "cell_of(",
             "goal_after(",

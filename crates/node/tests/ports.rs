@@ -267,7 +267,7 @@ fn a_patch_or_page_out_of_range_is_refused_by_name() {
         ("cell.height_m", refusal(|_, cells| cells[2].height_m = f64::NAN)),
         ("cell.height_m", refusal(|_, cells| cells[2].height_m = 1e300)),
         ("cell.gradient", refusal(|_, cells| cells[2].gradient[1] = f64::INFINITY)),
-        ("cell.soil", refusal(|_, cells| cells[2].soil = 0)),
+        ("cell.soil", refusal(|_, cells| cells[2].soil = 4)),
         ("cell.soil", refusal(|_, cells| cells[2].soil = u8::MAX)),
         ("map.sequence", refusal(|header, _| header.sequence = u64::MAX)),
         ("map.through", refusal(|header, _| header.through = u64::MAX)),

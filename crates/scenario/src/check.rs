@@ -218,7 +218,7 @@ fn in_words(robot: &Robot, brief: &Brief) -> String {
         Some(view) => format!("sees {view}"),
         None => format!("sensor {}", sensor.name()),
     };
-    format!("{} {way}{}, {view}", body.word(), body.in_words(robot))
+    format!("{} {way}{}, {view}", body.word(), body.in_words(robot.start.heading))
 }
 
 fn write_line(f: &mut fmt::Formatter<'_>, name: &str, value: &str) -> fmt::Result {

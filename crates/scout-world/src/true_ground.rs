@@ -67,8 +67,8 @@ impl TrueGround {
     }
 
     /// The cells that a robot with `sensor` sees on the straight way between two points, rising and each once: what its camera
-    /// shows, or else what it drives over. A drive ends at the border of a cell of speed 0, which is seen too. What is seen on a drive that may take only so long is
-    /// [`Drive::sensed`].
+    /// shows, or else what it drives over. A drive ends at the border of a cell of speed 0, which is seen too. What is seen on a
+    /// drive that may take only so long is [`Drive::sensed`].
     #[must_use]
     pub fn seen(&self, sensor: Sensor, from: Waypoint, to: Waypoint) -> Vec<usize> {
         let mut cells: Vec<usize> = match sensor.view_m() {

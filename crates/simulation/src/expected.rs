@@ -10,7 +10,7 @@ use sha2::{Digest as _, Sha256};
 use terrain::Terrain;
 use xxhash_rust::xxh3::xxh3_64;
 
-use crate::sensor::{self, cells_of, distance_m};
+use crate::sensor::{self, cells_of, distance_m, is_inside};
 
 /// What robots on their way have shown of a cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -168,10 +168,6 @@ impl Expected {
 fn gradient_of(brief: &Brief) -> GradientSource {
     let mut sensors = brief.robots.iter().map(|robot| sensor::of(&robot.sensor));
     sensors.find_map(|sensor| sensor.gradient()).unwrap_or(GradientSource::Measured)
-}
-
-pub(crate) fn is_inside(brief: &Brief, cell: Cell) -> bool {
-    (0..brief.grid.width as i32).contains(&cell.x) && (0..brief.grid.height as i32).contains(&cell.y)
 }
 
 fn index_of(brief: &Brief, cell: Cell) -> usize {

@@ -21,7 +21,6 @@ use crate::sensor;
 use crate::setup::Missions;
 
 use self::covering::Covering;
-use self::goal::goals_of_hoppers;
 use self::turns::Turns;
 use self::uncertain::Uncertain;
 
@@ -393,4 +392,11 @@ impl Model for Oracle {
     fn events(&self, missions: Missions, record: &Record, before: &[Record]) -> Vec<Counter> {
         self.events_of(missions, record, before)
     }
+}
+
+/// Where hoppers go, which rovers that cover ground keep off.
+fn goals_of_hoppers(mission: &Mission) -> Vec<Cell> {
+    let contract::Brief { robots, grid, .. } = &mission.brief;
+    let hoppers = robots.iter().filter(|robot| body::of(robot).hops());
+    hoppers.filter_map(|robot| goal::of(robot).cell(grid, 0)).collect()
 }

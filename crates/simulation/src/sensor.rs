@@ -51,6 +51,11 @@ pub(crate) fn cells_of(brief: &Brief) -> impl Iterator<Item = Cell> + use<> {
     (0..height).flat_map(move |y| (0..width).map(move |x| Cell::new(x, y)))
 }
 
+/// Whether a cell is on the map.
+pub(crate) fn is_inside(brief: &Brief, cell: Cell) -> bool {
+    (0..brief.grid.width as i32).contains(&cell.x) && (0..brief.grid.height as i32).contains(&cell.y)
+}
+
 /// Indices of the cells for which that holds.
 fn indices(brief: &Brief, is_in_view: impl Fn(Cell) -> bool) -> Vec<usize> {
     let cells = cells_of(brief).enumerate();

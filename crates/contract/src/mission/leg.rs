@@ -53,7 +53,7 @@ impl Brief {
     #[must_use]
     pub fn leg_on(&self, map: &ObservedMap, robot: RobotId, visits: u64) -> Option<Leg> {
         let hopper = self.robots.at(robot)?;
-        let goal = hopper.goal.cell_on(map, hopper, visits)?;
+        let goal = hopper.goal.cell_by(&map.grid, map.cells(), hopper.start.cell, visits)?;
         self.leg_to(goal, robot, visits)
     }
 

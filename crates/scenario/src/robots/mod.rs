@@ -314,7 +314,7 @@ fn check_distinct(robots: &[Robot], grid: &Grid) -> Result<(), ScenarioError> {
 fn check_goals_are_open(robots: &[Robot], grid: &Grid) -> Result<(), ScenarioError> {
     for (number, robot) in robots.iter().enumerate() {
         let is_goal = |other: &Robot| other.body.hops() && other.goal.cell(grid, 0) == Some(robot.start.cell);
-        let is_done = robot.body.drives() && robot.goal.is_reached_at_start(grid, robot);
+        let is_done = robot.body.drives() && robot.goal.is_reached_at_start(grid, robot.start_at, true);
         let stays = is_done || robot.goal.cover().is_some();
         if stays && let Some(hopper) = robots.iter().position(is_goal) {
             let need =

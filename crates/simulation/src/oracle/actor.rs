@@ -1,6 +1,8 @@
 //! One robot as it should be after some decisions.
 
-use contract::{Cell, Decision, Direction, Leader, Robot, RouteId, Standing, Travel, Waypoint};
+use contract::{
+    Branch, Cell, Decision, Direction, Flight, Leader, Outcome, Robot, RouteId, Standing, Travel, Waypoint,
+};
 use hopper_sim::Mission;
 
 /// A robot after some decisions.
@@ -100,5 +102,19 @@ impl Actor {
             halted: self.halted,
             flown_m: self.flown_m,
         }
+    }
+}
+
+/// What an action comes to, and where it leaves a robot that goes from point to point.
+pub(super) struct Arrival {
+    pub outcome: Outcome,
+    pub at: Waypoint,
+}
+
+impl Arrival {
+    /// The robot stays where it is.
+    pub fn stays(actor: &Actor, branch: Branch, flight: Flight) -> Self {
+        let outcome = Outcome { branch, from: actor.cell, to: actor.cell, flight };
+        Self { outcome, at: actor.at }
     }
 }

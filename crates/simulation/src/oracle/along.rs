@@ -3,8 +3,7 @@
 use contract::{Action, Branch, Decision, Flight, Outcome, Reach, RobotId, Standing};
 
 use super::Oracle;
-use super::actor::Actor;
-use super::body::Arrival;
+use super::actor::{Actor, Arrival};
 use super::uncertain::{TOLERANCE_M, point};
 
 /// Whether a robot may do that, which is not to go on along its route.

@@ -1,13 +1,10 @@
 //! What the oracle asks of a body. Each body is a file in the folder `body` that implements it for the parameters of the brief, and
 //! a line in the list here.
 
-use contract::{
-    Action, Branch, Cell, Decision, Flight, Ground, Origin, Outcome, Placement, Robot, Standing, Vetoed,
-    Waypoint,
-};
+use contract::{Action, Cell, Decision, Ground, Origin, Placement, Robot, Standing, Vetoed};
 
 use super::Oracle;
-use super::actor::Actor;
+use super::actor::{Actor, Arrival};
 
 /// Declares the module of each body, and which of the brief it is for.
 macro_rules! bodies {
@@ -28,20 +25,6 @@ bodies! {
     rover => Rover,
     driver => Driver,
     helicopter => Helicopter,
-}
-
-/// What an action comes to, and where it leaves a robot that goes from point to point.
-pub(super) struct Arrival {
-    pub outcome: Outcome,
-    pub at: Waypoint,
-}
-
-impl Arrival {
-    /// The robot stays where it is.
-    pub fn stays(actor: &Actor, branch: Branch, flight: Flight) -> Self {
-        let outcome = Outcome { branch, from: actor.cell, to: actor.cell, flight };
-        Self { outcome, at: actor.at }
-    }
 }
 
 /// How robots of one body act. `number` is that of the robot.

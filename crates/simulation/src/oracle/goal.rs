@@ -1,11 +1,10 @@
 //! What the oracle asks of a goal. Each goal is a file of the folder `goal` that implements it for the parameters of the brief, and a
 //! line in the list below.
 
-use contract::{Brief, Cell, Cover, Grid, Robot};
-use hopper_sim::Mission;
+use contract::{Cell, Cover, Grid, Robot};
 
+use super::Oracle;
 use super::actor::Actor;
-use super::{Oracle, body};
 
 /// Where robots of one goal go, and when they have reached it. `number` is that of the robot.
 pub(super) trait Goal {
@@ -66,11 +65,4 @@ impl Actor {
     pub fn covers(&self) -> bool {
         self.goal().cover().is_some()
     }
-}
-
-/// Where hoppers go, which rovers that cover ground keep off.
-pub(super) fn goals_of_hoppers(mission: &Mission) -> Vec<Cell> {
-    let Brief { robots, grid, .. } = &mission.brief;
-    let hoppers = robots.iter().filter(|robot| body::of(robot).hops());
-    hoppers.filter_map(|robot| of(robot).cell(grid, 0)).collect()
 }

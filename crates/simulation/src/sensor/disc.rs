@@ -2,8 +2,7 @@
 
 use contract::{Brief, GradientSource, Pose, SensorParameters};
 
-use super::{Sensor, indices};
-use crate::expected::is_inside;
+use super::{Sensor, indices, is_inside};
 
 impl Sensor for SensorParameters {
     fn around(&self, brief: &Brief, pose: Pose) -> Vec<usize> {

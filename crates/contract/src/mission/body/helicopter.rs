@@ -6,7 +6,7 @@ use super::BodyKind;
 use crate::block::Block;
 use crate::codec::{DISTANCE, SPEED};
 use crate::mission::kind::Kind;
-use crate::{Action, Robot};
+use crate::{Action, Direction};
 
 /// Flies from point to point, above all others.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -31,7 +31,7 @@ impl BodyKind for Helicopter {
         "helicopter"
     }
 
-    fn in_words(&self, _: &Robot) -> String {
+    fn in_words(&self, _: Direction) -> String {
         format!(", {} m/s, {} m of flight", self.speed_mps, self.budget_m)
     }
 

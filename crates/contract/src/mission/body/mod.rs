@@ -1,7 +1,7 @@
 //! What a robot is: how it gets about, and what anyone may know of that.
 
 use super::kind::kinds;
-use crate::{Action, Robot};
+use crate::{Action, Direction};
 
 kinds! {
     /// What a robot is, with what its actions depend on.
@@ -18,9 +18,10 @@ pub trait BodyKind {
     /// What people call it.
     fn word(&self) -> &'static str;
 
-    /// What `hopper scenario check` says of its parameters, behind where it starts and what it shall do; empty for nothing.
-    fn in_words(&self, robot: &Robot) -> String {
-        let _ = robot;
+    /// What `hopper scenario check` says of its parameters and the heading at the start, behind where it starts and what it shall do;
+    /// empty for nothing.
+    fn in_words(&self, heading: Direction) -> String {
+        let _ = heading;
         String::new()
     }
 

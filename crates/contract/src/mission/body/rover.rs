@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::BodyKind;
-use crate::Robot;
+use crate::Direction;
 use crate::block::Block;
 use crate::codec::SPEED;
 use crate::mission::kind::Kind;
@@ -28,7 +28,7 @@ impl BodyKind for Rover {
         "rover"
     }
 
-    fn in_words(&self, robot: &Robot) -> String {
-        format!(" facing {}, {} m/s", robot.start.heading, self.speed_mps)
+    fn in_words(&self, heading: Direction) -> String {
+        format!(" facing {heading}, {} m/s", self.speed_mps)
     }
 }

@@ -1,7 +1,7 @@
 //! What a robot shall do.
 
 use super::kind::kinds;
-use crate::{Cell, Grid, ObservedMap, Robot, Waypoint};
+use crate::{Cell, Grid, Ground, Waypoint};
 
 kinds! {
     /// What a robot shall do.
@@ -27,10 +27,11 @@ pub trait GoalKind {
         None
     }
 
-    /// The cell to go to after so many visits, by what has been seen: what planners of hoppers plan for.
-    fn cell_on(&self, map: &ObservedMap, robot: &Robot, visits: u64) -> Option<Cell> {
-        let _ = robot;
-        self.cell(&map.grid, visits)
+    /// The cell to go to after so many visits, by what has been seen of each cell, in index order: what planners plan for whose hopper
+    /// began on the cell `start`.
+    fn cell_by(&self, grid: &Grid, seen: &[Option<Ground>], start: Cell, visits: u64) -> Option<Cell> {
+        let _ = (seen, start);
+        self.cell(grid, visits)
     }
 
     /// Whether it is reached by standing somewhere.
@@ -48,9 +49,9 @@ pub trait GoalKind {
         self.cells(grid).into_iter().map(|cell| Waypoint::middle_of(grid, cell)).collect()
     }
 
-    /// Whether `robot`, whose goal it is, has reached it where it starts.
-    fn is_reached_at_start(&self, grid: &Grid, robot: &Robot) -> bool {
-        let _ = (grid, robot);
+    /// Whether it is reached before the first action at the point `start`, exactly so by a robot that goes from point to point.
+    fn is_reached_at_start(&self, grid: &Grid, start: Waypoint, is_exact: bool) -> bool {
+        let _ = (grid, start, is_exact);
         false
     }
 

@@ -6,7 +6,7 @@ use super::GoalKind;
 use crate::block::Block;
 use crate::codec::DISTANCE;
 use crate::mission::kind::Kind;
-use crate::{Cell, Grid, Robot, Waypoint};
+use crate::{Cell, Grid, Waypoint};
 
 /// Reach a point. A robot that goes from cell to cell has reached it in its cell, one that goes from point to point within the
 /// radius.
@@ -56,10 +56,11 @@ impl GoalKind for Reach {
         vec![self.at]
     }
 
-    fn is_reached_at_start(&self, grid: &Grid, robot: &Robot) -> bool {
-        match robot.body.along_route() {
-            Some(_) => robot.start_at.distance_m(self.at) <= self.radius_m,
-            None => robot.start.cell == self.at.cell_of(grid),
+    fn is_reached_at_start(&self, grid: &Grid, start: Waypoint, is_exact: bool) -> bool {
+        if is_exact {
+            start.distance_m(self.at) <= self.radius_m
+        } else {
+            start.cell_of(grid) == self.at.cell_of(grid)
         }
     }
 }

@@ -4,8 +4,9 @@
 use contract::{Action, Branch, Decision, Driver, Flight, Outcome, Waypoint};
 use rover::{Allowance, Drive, DriveEnd, Point, SOL_HOURS};
 
-use super::{Arrival, Body};
+use super::Body;
 use crate::oracle::Oracle;
+use crate::oracle::actor::Arrival;
 use crate::oracle::along;
 use crate::oracle::uncertain::point;
 

@@ -2,9 +2,9 @@
 
 use contract::{Action, Branch, Decision, Flight, Helicopter, Outcome};
 
-use super::{Arrival, Body};
+use super::Body;
 use crate::oracle::Oracle;
-use crate::oracle::actor::Actor;
+use crate::oracle::actor::{Actor, Arrival};
 use crate::oracle::along;
 use crate::oracle::uncertain::{TOLERANCE_M, point};
 

@@ -8,8 +8,9 @@ use contract::{
 use hopper_sim::Mission;
 use motion::{Domain, Draw};
 
-use super::{Arrival, Body};
+use super::Body;
 use crate::oracle::Oracle;
+use crate::oracle::actor::Arrival;
 
 impl Body for Hopper {
     fn hops(&self) -> bool {

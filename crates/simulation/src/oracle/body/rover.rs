@@ -3,10 +3,11 @@
 use contract::{Action, Branch, Cell, Decision, Direction, Flight, Outcome, Rover};
 use hopper_sim::Mission;
 
-use super::{Arrival, Body};
+use super::Body;
 use crate::oracle::Oracle;
+use crate::oracle::actor::Arrival;
 use crate::oracle::covering::{index, is_free};
-use crate::oracle::goal::goals_of_hoppers;
+use crate::oracle::goals_of_hoppers;
 
 impl Body for Rover {
     fn may(&self, _oracle: &Oracle, _number: usize, action: Action) -> bool {
