@@ -46,7 +46,7 @@ pub(crate) fn leg_at(brief: &Brief, map: Option<&ObservedMap>, state: &State, ro
         Account::Actions | Account::ActionsWithoutWaits => 0,
     };
     match map {
-        Some(map) => brief.leg_on(map, robot, visits),
+        Some(map) => brief.leg_on(map.cells(), robot, visits),
         None => brief.leg_of(robot, visits),
     }
 }

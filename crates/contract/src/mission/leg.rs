@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::brief::{Guard, Limits, Payoff, Priors, Weights};
 use super::reading::Reading;
-use crate::{Brief, Cell, Grid, MotionParameters, ObservedMap, Profile, RobotId, RunId, SensorParameters};
+use crate::{Brief, Cell, Grid, Ground, MotionParameters, Profile, RobotId, RunId, SensorParameters};
 
 /// One hopper's way from a start to a goal, with everything else that a plan for it may depend on beside map and state. For a
 /// hopper that is alone it is the whole mission, for one that visits several goals the stretch between two of them, and among
@@ -49,11 +49,11 @@ impl Brief {
         self.leg_to(goal, robot, visits)
     }
 
-    /// As [`Brief::leg_of`], by what has been seen: of goals, too, that are known only then.
+    /// As [`Brief::leg_of`], by what has been seen of each cell, in index order: of goals, too, that are known only then.
     #[must_use]
-    pub fn leg_on(&self, map: &ObservedMap, robot: RobotId, visits: u64) -> Option<Leg> {
+    pub fn leg_on(&self, seen: &[Option<Ground>], robot: RobotId, visits: u64) -> Option<Leg> {
         let hopper = self.robots.at(robot)?;
-        let goal = hopper.goal.cell_by(&map.grid, map.cells(), hopper.start.cell, visits)?;
+        let goal = hopper.goal.cell_by(&self.grid, seen, hopper.start.cell, visits)?;
         self.leg_to(goal, robot, visits)
     }
 
