@@ -83,7 +83,7 @@ pub(super) struct SeenSoilCode;
 
 pub(super) const SEEN_SOIL: SeenSoilCode = SeenSoilCode;
 
-/// The code of [`SoilCode`] in that of a seen cell, and whether a robot can stand there.
+/// The code of soil, speed and reading (`hop.Ground.v2`) in that of a seen cell, and whether a robot can stand there.
 #[must_use]
 #[inline]
 pub fn soil_of_seen(code: u8) -> (u8, bool) {
