@@ -28,7 +28,7 @@ pub struct Progress {
     pub steps_max: u64,
     /// Goals visited so far.
     pub visits: u64,
-    /// Hops after which visits in turn are done; `None` if the mission is none of visits in turn.
+    /// Hops after which a mission that visits its goals in turn is done; `None` in other missions.
     pub hops_max: Option<u64>,
     /// From the hopper to the goal in force, metres as the crow flies; `None` where robots have no goal in common.
     pub distance_to_goal_m: Option<f64>,
@@ -123,8 +123,8 @@ pub struct Health {
 }
 
 impl Progress {
-    /// Share of the way from start to goal that is covered or, of visits in turn, of their hops, 0 to 1; a detour does not go
-    /// below 0.
+    /// Share of the way from start to goal that is covered, 0 to 1; if goals are visited in turn, the share of the hops. A detour does
+    /// not go below 0.
     #[must_use]
     pub fn covered(&self) -> f64 {
         if let Some(hops_max) = self.hops_max {

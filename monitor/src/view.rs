@@ -179,12 +179,13 @@ impl<P: Ports> View<P> {
     /// Asks hopper-sim for prior and routes, where there are any.
     fn ask_for_pages(&mut self, ports: &mut P) -> Result<(), Failure> {
         let now = ports.now();
-        let brief = self.history().brief().filter(|brief| brief.has_routes()).cloned();
         let is_due = self.routes_due.is_none_or(|due| now >= due);
         let known = self.routes.as_ref();
         let lacks =
             |brief: &Brief| known.is_none_or(|ports| ports.priors.is_none() && brief.sampling.is_some());
-        if let Some(brief) = brief.filter(|brief| is_due && lacks(brief)) {
+        let brief =
+            self.history().brief().filter(|brief| is_due && brief.has_routes() && lacks(brief)).cloned();
+        if let Some(brief) = brief {
             match RoutePorts::open(ports, &brief) {
                 Ok(opened) => self.routes = Some(opened),
                 Err(error) => {

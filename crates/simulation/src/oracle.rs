@@ -160,7 +160,7 @@ impl Oracle {
         let Mission { brief, terrain, .. } = &*self.mission;
         let ground = terrain.ground(outcome.to).or(terrain.ground(outcome.from));
         let pose = Pose { cell: outcome.to, height_m: ground.map_or(0.0, |ground| ground.height_m) };
-        let goal = goal::of(&brief.robots[0]).cell(&brief.grid, before.visits);
+        let goal = goal::of(&brief.robots[0].goal).cell(&brief.grid, before.visits);
         let is_visit = lands && goal == Some(outcome.to);
         let covered = self.covering.as_ref().map_or(0, Covering::visits);
         let actors = self.turns.actors.iter();
@@ -300,11 +300,9 @@ impl Model for Oracle {
             return;
         };
         self.entered(record).into_iter().for_each(|cell| expected.visit(brief, cell));
-        self.turns
-            .actors
-            .get(usize::from(record.robot.0))
-            .into_iter()
-            .for_each(|actor| self.report(actor, expected));
+        if let Some(actor) = self.turns.actors.get(usize::from(record.robot.0)) {
+            self.report(actor, expected);
+        }
         expected.reveal(brief, terrain, &self.shown);
         if !self.hops(record.robot) {
             return;
@@ -322,11 +320,11 @@ impl Model for Oracle {
         let (Some(due), Some(robot)) = (team.member(team.due), robots.at(team.due)) else {
             return Vec::new();
         };
-        if !body::of(robot).hops() {
+        if !body::of(&robot.body).hops() {
             return Vec::new();
         }
         let others = robots.numbered().filter(|(robot, _)| *robot != team.due);
-        let on_ground = others.filter(|(_, other)| body::of(other).is_on_ground());
+        let on_ground = others.filter(|(_, other)| body::of(&other.body).is_on_ground());
         let cells = on_ground.filter_map(|(robot, _)| Some(team.member(robot)?.at.cell));
         let cells = cells.filter(|cell| *cell != due.at.cell);
         cells.filter_map(|cell| situation.brief.grid.index(cell)).collect()
@@ -397,6 +395,6 @@ impl Model for Oracle {
 /// Where hoppers go, which rovers that cover ground keep off.
 fn goals_of_hoppers(mission: &Mission) -> Vec<Cell> {
     let contract::Brief { robots, grid, .. } = &mission.brief;
-    let hoppers = robots.iter().filter(|robot| body::of(robot).hops());
-    hoppers.filter_map(|robot| goal::of(robot).cell(grid, 0)).collect()
+    let hoppers = robots.iter().filter(|robot| body::of(&robot.body).hops());
+    hoppers.filter_map(|robot| goal::of(&robot.goal).cell(grid, 0)).collect()
 }

@@ -7,21 +7,9 @@ use std::num::NonZeroU8;
 
 use contract::{Brief, Cell, GradientSource, Pose};
 
-/// Declares the module of each kind of sensor, and which rules a sensor follows.
-macro_rules! sensors {
-    ($($module:ident => $($kind:ident)|+,)+) => {
-        $(mod $module;)+
-
-        /// The rules of a robot's sensor.
-        pub(crate) fn of(sensor: &contract::Sensor) -> &dyn Sensor {
-            match sensor {
-                $($(contract::Sensor::$kind(rules) => rules,)+)+
-            }
-        }
-    };
-}
-
-sensors! {
+contract::rules! {
+    /// The rules of a sensor.
+    pub(crate) fn of(Sensor) -> Sensor;
     disc => Disc,
     square => Square,
     on_way => Track | Camera | ErringCamera,

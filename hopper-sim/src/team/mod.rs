@@ -105,7 +105,7 @@ impl RobotTeam {
     }
 
     fn refusal_of(&self, terrain: &Terrain, robot: RobotId, action: Action) -> Option<Refusal> {
-        body::of(self.body(robot)).refusal(self, terrain, robot, action)
+        body::of(&self.body(robot)).refusal(self, terrain, robot, action)
     }
 
     /// Whether the robot that is due may follow the policy of its planner at a deadline. A policy leads to one goal, so only a hopper
@@ -123,7 +123,7 @@ impl RobotTeam {
     #[must_use]
     pub fn fallback(&self, terrain: &Terrain, visits: u64, policy: Option<&Policy>) -> Fallback {
         let robot = self.due().expect("a mission underway has a robot that is due");
-        body::of(self.body(robot)).fallback(self, terrain, robot, visits, policy)
+        body::of(&self.body(robot)).fallback(self, terrain, robot, visits, policy)
     }
 
     /// Executes `action`, which was not refused, at the decision of `state` of the robot that is due, and takes note of it.
@@ -141,7 +141,7 @@ impl RobotTeam {
         let (terrain, decision) = (&mission.terrain, state.decision);
         let act = Act { robot, decision, leader, action };
         self.travels.keep_announced(robot, action);
-        let movement = body::of(self.body(robot)).movement(self, mission, &act);
+        let movement = body::of(&self.body(robot)).movement(self, mission, &act);
         let outcome = movement.outcome();
         let (hops, lands) =
             (self.body(robot).hops(), outcome.branch != Branch::Stranded && action != Action::Wait);
@@ -177,7 +177,7 @@ impl RobotTeam {
     /// If another robot was due; the digest chain of a journal is checked when it is opened.
     pub fn recall(&mut self, terrain: &Terrain, record: &Record) {
         let Record { robot, decision, leader, action, steps, .. } = *record;
-        let movement = body::of(self.body(robot)).recalled(self, record);
+        let movement = body::of(&self.body(robot)).recalled(self, record);
         self.take(terrain, &Act { robot, decision, leader, action }, &movement, steps);
     }
 

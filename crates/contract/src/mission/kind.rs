@@ -130,3 +130,33 @@ macro_rules! kinds {
 }
 
 pub(crate) use kinds;
+
+/// Declares where the rules for each kind of a family are, one line a kind: the module of the folder below, and the kinds whose
+/// parameters implement the trait there. Makes the function `of`, which finds the rules of a kind.
+///
+/// ```text
+/// contract::rules! {
+///     /// What a body does.
+///     pub fn of(Body) -> Actions;
+///     hopper => Hopper,
+///     wheels => Rover | Driver,
+/// }
+/// ```
+#[macro_export]
+macro_rules! rules {
+    (
+        $(#[doc = $about:literal])+
+        $visible:vis fn of($family:ident) -> $rules:ident;
+        $($module:ident => $($kind:ident)|+,)+
+    ) => {
+        $(mod $module;)+
+
+        $(#[doc = $about])+
+        #[must_use]
+        $visible fn of(kind: &$crate::$family) -> &dyn $rules {
+            match kind {
+                $($($crate::$family::$kind(parameters) => parameters,)+)+
+            }
+        }
+    };
+}

@@ -234,7 +234,7 @@ impl Views {
         cloud.into_message(moment).encode_to_vec()
     }
 
-    /// Where robots are to go: of a hopper's mission the goal in force. Robots that cover ground or look ahead have no such place.
+    /// Where robots are to go; in a hopper's mission, only the goal in force. Robots that cover ground or look ahead have no such place.
     fn goals(&self, brief: &Brief) -> Vec<Point> {
         if brief.account == Account::Hopper {
             let goal = brief.goal_after(self.visits);

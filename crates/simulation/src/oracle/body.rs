@@ -1,26 +1,14 @@
 //! What the oracle asks of a body. Each body is a file in the folder `body` that implements it for the parameters of the brief, and
 //! a line in the list here.
 
-use contract::{Action, Cell, Decision, Ground, Origin, Placement, Robot, Standing, Vetoed};
+use contract::{Action, Cell, Decision, Ground, Origin, Placement, Standing, Vetoed};
 
 use super::Oracle;
 use super::actor::{Actor, Arrival};
 
-/// Declares the module of each body, and which of the brief it is for.
-macro_rules! bodies {
-    ($($module:ident => $body:ident,)+) => {
-        $(mod $module;)+
-
-        /// The rules of a robot's body.
-        pub(super) fn of(robot: &Robot) -> &dyn Body {
-            match &robot.body {
-                $(contract::Body::$body(body) => body,)+
-            }
-        }
-    };
-}
-
-bodies! {
+contract::rules! {
+    /// The rules of a body.
+    pub(super) fn of(Body) -> Body;
     hopper => Hopper,
     rover => Rover,
     driver => Driver,
@@ -97,7 +85,7 @@ pub(super) trait Body {
 impl Actor {
     /// The rules of its body.
     pub fn body(&self) -> &dyn Body {
-        of(&self.robot)
+        of(&self.robot.body)
     }
 
     /// How it stands that acts no more by its own choice: who looks ahead from the air is never done.

@@ -3,8 +3,6 @@
 use contract::{Cell, Cover, CoverMode};
 use hopper_sim::Mission;
 
-use super::goal;
-
 /// What rovers have visited, and what they still have to.
 #[derive(Clone, Debug)]
 pub(super) struct Covering {
@@ -24,7 +22,7 @@ impl Covering {
     /// Before the first action of rovers that start at `starts` and keep off the cells `kept`; `None` in a mission that has nothing to
     /// cover.
     pub fn begin(mission: &Mission, starts: Vec<Cell>, kept: Vec<Cell>) -> Option<Self> {
-        let cover = mission.brief.robots.iter().find_map(|robot| goal::of(robot).cover());
+        let cover = mission.brief.robots.iter().find_map(|robot| robot.goal.cover());
         let mut covered = Self {
             cover: cover?,
             first_visits: vec![0; starts.len()],

@@ -121,7 +121,7 @@ impl Oracle {
             names.push("rover_enters_an_empty_find");
         }
         let ended = (actor.is_active() && standing != Standing::Active).then_some(standing);
-        let is_at_goal = goal::of(robot).cell(&mission.brief.grid, 0) == Some(outcome.to);
+        let is_at_goal = goal::of(&robot.goal).cell(&mission.brief.grid, 0) == Some(outcome.to);
         names.extend(match ended {
             Some(Standing::Done) if body.hops() && is_at_goal => Some("hopper_arrives"),
             Some(Standing::Done) if body.is_on_ground() && *action == Action::Drive => Some("rover_arrives"),

@@ -1,7 +1,7 @@
 //! What the oracle asks of a goal. Each goal is a file of the folder `goal` that implements it for the parameters of the brief, and a
 //! line in the list below.
 
-use contract::{Cell, Cover, Grid, Robot};
+use contract::{Cell, Grid};
 
 use super::Oracle;
 use super::actor::Actor;
@@ -27,28 +27,11 @@ pub(super) trait Goal {
     fn is_reached(&self, _oracle: &Oracle, _number: usize, _steps: u64) -> bool {
         false
     }
-
-    /// What is to be covered, if that is the goal. All robots that cover ground have reached it together, once it is covered.
-    fn cover(&self) -> Option<Cover> {
-        None
-    }
 }
 
-/// Declares the module of each goal, and how its rules are found.
-macro_rules! goals {
-    ($($module:ident => $name:ident,)+) => {
-        $(mod $module;)+
-
-        /// The rules of a robot's goal.
-        pub(super) fn of(robot: &Robot) -> &dyn Goal {
-            match &robot.goal {
-                $(contract::Goal::$name(goal) => goal,)+
-            }
-        }
-    };
-}
-
-goals! {
+contract::rules! {
+    /// The rules of a goal.
+    pub(super) fn of(Goal) -> Goal;
     cover => Cover,
     look_ahead => LookAhead,
     reach => Reach,
@@ -58,11 +41,11 @@ goals! {
 impl Actor {
     /// The rules of its goal.
     pub fn goal(&self) -> &dyn Goal {
-        of(&self.robot)
+        of(&self.robot.goal)
     }
 
     /// Whether it covers ground.
     pub fn covers(&self) -> bool {
-        self.goal().cover().is_some()
+        self.robot.goal.cover().is_some()
     }
 }

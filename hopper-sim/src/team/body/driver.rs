@@ -9,17 +9,13 @@
 //! cell. That the rover gets stuck where another robot stands is not refused, since nobody chooses it.
 
 use ::rover::{DriveEnd, SOL_HOURS};
-use contract::{Action, Branch, Record, Refusal, RobotId, Waypoint};
+use contract::{Action, Branch, Driver, Record, Refusal, RobotId, Waypoint};
 use terrain::Terrain;
 
 use super::{Act, Body, Movement, flight, refusal_of_route};
 use crate::Mission;
 use crate::team::RobotTeam;
 use crate::team::travels::Arrival;
-
-/// Rovers that drive to a goal.
-#[derive(Clone, Copy, Debug)]
-pub struct Driver;
 
 impl Body for Driver {
     fn refusal(&self, team: &RobotTeam, _: &Terrain, robot: RobotId, action: Action) -> Option<Refusal> {

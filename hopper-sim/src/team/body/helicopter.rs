@@ -3,16 +3,12 @@
 //! A flight takes its length divided by the speed; to announce and to hold take a second, to wait and to be done no time. The
 //! guard asks for the kind of the action, the length of the route and the flight budget.
 
-use contract::{Action, Record, Refusal, RobotId};
+use contract::{Action, Helicopter, Record, Refusal, RobotId};
 use terrain::Terrain;
 
 use super::{Act, Body, Movement, flight, refusal_of_route};
 use crate::Mission;
 use crate::team::RobotTeam;
-
-/// Helicopters.
-#[derive(Clone, Copy, Debug)]
-pub struct Helicopter;
 
 impl Body for Helicopter {
     fn refusal(&self, team: &RobotTeam, _: &Terrain, robot: RobotId, action: Action) -> Option<Refusal> {

@@ -3,7 +3,7 @@
 //! What is too dangerous the guard vetoes. A hop that would stray onto another robot on the ground ends where it began, so that
 //! all landings are whole hops apart. A hopper that fails stays where it is.
 
-use contract::{Account, Action, Branch, Cell, Flight, Outcome, Policy, Pose, Refusal, RobotId};
+use contract::{Account, Action, Branch, Cell, Flight, Hopper, Outcome, Policy, Pose, Refusal, RobotId};
 use terrain::Terrain;
 
 use super::{Act, Body, Movement, waits};
@@ -11,10 +11,6 @@ use crate::Mission;
 use crate::dynamics::outcome_of_hop;
 use crate::guard::{Fallback, Guard};
 use crate::team::RobotTeam;
-
-/// Hoppers, each by its own design.
-#[derive(Clone, Copy, Debug)]
-pub struct Hopper;
 
 impl Body for Hopper {
     fn refusal(

@@ -1,9 +1,7 @@
 //! What each body may do, and what its actions come to.
 
 use ::rover::Drive;
-use contract::{
-    Action, Body as Kind, Branch, Flight, Origin, Outcome, Policy, Record, Refusal, RobotId, RouteId,
-};
+use contract::{Action, Branch, Flight, Origin, Outcome, Policy, Record, Refusal, RobotId, RouteId};
 use terrain::Terrain;
 
 use super::RobotTeam;
@@ -11,22 +9,9 @@ use super::travels::Arrival;
 use crate::Mission;
 use crate::guard::Fallback;
 
-/// Declares the module of each body, and which of the brief it is for.
-macro_rules! bodies {
-    ($($module:ident => $body:ident,)+) => {
-        $(mod $module;)+
-
-        /// What a body of that kind does.
-        #[must_use]
-        pub fn of(kind: Kind) -> &'static dyn Body {
-            match kind {
-                $(Kind::$body(_) => &self::$module::$body,)+
-            }
-        }
-    };
-}
-
-bodies! {
+contract::rules! {
+    /// What a body does.
+    pub fn of(Body) -> Body;
     hopper => Hopper,
     rover => Rover,
     driver => Driver,

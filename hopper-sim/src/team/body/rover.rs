@@ -4,17 +4,13 @@
 //! other robot stands on and that is no hopper's goal. What a step takes is its way divided by the rover's speed; to hold takes
 //! a second. A rover that fails stays where it is for good and still occupies its cell.
 
-use contract::{Action, Body as Kind, Branch, Cell, Direction, Flight, Outcome, Refusal, RobotId};
+use contract::{Action, Branch, Cell, Direction, Flight, Outcome, Refusal, RobotId, Rover};
 use terrain::Terrain;
 
 use super::{Act, Body, Movement, waits};
 use crate::Mission;
 use crate::team::RobotTeam;
 use crate::team::coverage::is_free;
-
-/// Rovers that cover ground.
-#[derive(Clone, Copy, Debug)]
-pub struct Rover;
 
 impl Body for Rover {
     fn refusal(
@@ -44,24 +40,23 @@ impl Body for Rover {
 
     fn movement(&self, team: &RobotTeam, mission: &Mission, act: &Act) -> Movement {
         let Act { robot, action, .. } = *act;
-        let entry = team.roster.entry(robot);
-        let from = entry.at.cell;
+        let from = team.roster.entry(robot).at.cell;
         let stays = |branch| {
             let flight = Flight { flight_time_s: 1.0, flights: 1, ..Flight::default() };
             Outcome { branch, from, to: from, flight }
         };
-        Movement::InCells(match (action, entry.robot.body) {
+        Movement::InCells(match action {
             _ if team.roster.fails_now(robot) => stays(Branch::Stranded),
-            (Action::Step(direction), Kind::Rover(rover)) => {
+            Action::Step(direction) => {
                 let terrain = &mission.terrain;
                 let to = beside(from, direction);
                 let height_m = |cell| terrain.ground(cell).map_or(0.0, |ground| ground.height_m);
                 let (range_m, rise_m) = (terrain.grid.cell_size_m, height_m(to) - height_m(from));
-                let flight_time_s = libm::hypot(range_m, rise_m) / rover.speed_mps;
+                let flight_time_s = libm::hypot(range_m, rise_m) / self.speed_mps;
                 let flight = Flight { range_m, rise_m, flight_time_s, flights: 1, ..Flight::default() };
                 Outcome { branch: Branch::Intended, from, to, flight }
             }
-            (Action::Wait, _) => waits(team, robot),
+            Action::Wait => waits(team, robot),
             _ => stays(Branch::Held),
         })
     }

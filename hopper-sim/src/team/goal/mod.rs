@@ -34,22 +34,9 @@ pub trait Goal {
     }
 }
 
-/// Declares the module of each goal, and how its rules are found.
-macro_rules! goals {
-    ($($module:ident => $name:ident,)+) => {
-        $(mod $module;)+
-
-        /// The rules of a goal.
-        #[must_use]
-        pub fn of(goal: &contract::Goal) -> &dyn Goal {
-            match goal {
-                $(contract::Goal::$name(goal) => goal,)+
-            }
-        }
-    };
-}
-
-goals! {
+contract::rules! {
+    /// The rules of a goal.
+    pub fn of(Goal) -> Goal;
     cover => Cover,
     look_ahead => LookAhead,
     reach => Reach,

@@ -49,7 +49,8 @@ pub trait GoalKind {
         self.cells(grid).into_iter().map(|cell| Waypoint::middle_of(grid, cell)).collect()
     }
 
-    /// Whether it is reached before the first action at the point `start`, exactly so by a robot that goes from point to point.
+    /// Whether a robot that starts at the point `start` has reached it before its first action. `is_exact` is for robots that go from
+    /// point to point: they have to be within its radius, others in its cell.
     fn is_reached_at_start(&self, grid: &Grid, start: Waypoint, is_exact: bool) -> bool {
         let _ = (grid, start, is_exact);
         false
