@@ -1,0 +1,19 @@
+//! What a hop does at most, so that its work is bounded.
+
+/// Impacts; reaching it is an end of its own.
+pub const IMPACTS_MAX: u32 = 10_000;
+
+/// Arcs of rolling; reaching it, the body has rolled away.
+pub const ARCS_MAX: u32 = 20_000;
+
+/// Patches of ground that are walked in flight.
+pub const PATCHES_MAX: u32 = 100_000;
+
+/// Impacts that are told one by one; the others are counted.
+pub const IMPACTS_TOLD: usize = 32;
+
+/// An arc of rolling is this part of a cell or of a hop, whichever is shorter.
+pub const ARCS_A_CELL: f64 = 16.0;
+
+/// Share of an arc below which rolling does not get on.
+pub const ARC_LEAST: f64 = 1.0e-9;
