@@ -90,7 +90,13 @@ fn patch_cells() -> usize {
     let ResolvedScenario { brief, terrain, .. } = paper_world();
     let mut cells = Vec::new();
     for seed in 0..ROUNDS {
-        let mission = Mission { brief: brief.clone(), terrain: terrain.clone(), seed, faults: Vec::new() };
+        let mission = Mission {
+            brief: brief.clone(),
+            terrain: terrain.clone(),
+            seed,
+            dynamics: Default::default(),
+            faults: Vec::new(),
+        };
         let mut cartographer = Cartographer::new(hopper_sim::ROBOT);
         cartographer.on(Event::Brief(brief.clone()), MonotonicNs(0));
         cartographer.on(Event::Terrain(brief.run, terrain.clone()), MonotonicNs(0));
@@ -114,7 +120,7 @@ fn patch_cells() -> usize {
 
 fn paper_world() -> ResolvedScenario {
     let world = scenario::load("hard").and_then(|scenario| scenario.resolve()).expect("a built-in scenario");
-    ResolvedScenario { brief: Brief { run: RunId(1), ..world.brief }, ..world }
+    ResolvedScenario { brief: Brief { run: RunId(1), ..world.brief.clone() }, ..world }
 }
 
 /// Median round trip of a relay that does no work, microseconds.
@@ -195,9 +201,8 @@ fn covering_hz(rovers: usize, round: u64) -> f64 {
     let mut steps = 0;
     let started_s = processor_s();
     for episode in 0..COVERINGS {
-        let (brief, faults) = (Brief { run: RunId(1), ..world.brief.clone() }, world.faults.clone());
-        let mission =
-            Mission { brief, terrain: world.terrain.clone(), seed: round * COVERINGS + episode, faults };
+        let brief = Brief { run: RunId(1), ..world.brief.clone() };
+        let mission = Mission { brief, ..Mission::of(&world, round * COVERINGS + episode) };
         lockstep::fly(mission, &schedule, &mut Node::now, &mut |_| steps += 1).expect("a known algorithm");
     }
     f64::from(steps) / (processor_s() - started_s)
@@ -210,12 +215,7 @@ fn in_lockstep(algorithm: &str, round: u64) -> (f64, f64) {
     let mut planning_us = Vec::new();
     let started = Instant::now();
     for episode in 0..EPISODES {
-        let mission = Mission {
-            brief: world.brief.clone(),
-            terrain: world.terrain.clone(),
-            seed: round * EPISODES + episode,
-            faults: Vec::new(),
-        };
+        let mission = Mission::of(&world, round * EPISODES + episode);
         let mut clock = || -> MonotonicNs { Node::now() };
         lockstep::fly(mission, &schedule, &mut clock, &mut |record| {
             let Timing { planning_started, planning_ended, .. } = record.timing;

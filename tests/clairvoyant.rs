@@ -6,8 +6,8 @@ use lockstep::PlannerSchedule;
 
 fn fly(ground: &str, planner: &str, seed: u64) -> (Status, Digest) {
     let world = scenario::load(ground).unwrap().resolve().unwrap();
-    let brief = Brief { run: RunId(1), ..world.brief };
-    let mission = Mission { brief, terrain: world.terrain, seed, faults: Vec::new() };
+    let brief = Brief { run: RunId(1), ..world.brief.clone() };
+    let mission = Mission { brief, ..Mission::of(&world, seed) };
     let schedule = PlannerSchedule::single(planner.parse().unwrap());
     let flown = lockstep::fly(mission, &schedule, &mut || MonotonicNs(0), &mut |_| ()).unwrap();
     (flown.state.status, flown.state.digest)

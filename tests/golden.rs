@@ -76,8 +76,8 @@ fn row(name: &str, profile: Profile, planner: &str, seed: u64, dem: &std::path::
     let given = planner.parse().unwrap();
     let planners = planner::assigned(&world.brief, Some(given), &world.planners).unwrap();
     // The elevation model's path is no part of the world; its run is fixed.
-    let brief = Brief { run: RunId(1), ..world.brief };
-    let mission = Mission { brief, terrain: world.terrain, seed, faults: world.faults };
+    let brief = Brief { run: RunId(1), ..world.brief.clone() };
+    let mission = Mission { brief, ..Mission::of(&world, seed) };
     let schedule = PlannerSchedule::of_robots(&planners);
     let mut chain = Digest::default();
     let flown = lockstep::fly(mission, &schedule, &mut || MonotonicNs(0), &mut |record| {

@@ -175,7 +175,7 @@ fn a_decision_on_a_wrong_map_is_found_though_the_digest_is_right() {
     for record in history.records() {
         let record = record.unwrap();
         let observation = record.observation ^ u64::from(record.decision.0 == 5);
-        forged.append(&contract::Record { observation, ..record }).unwrap();
+        forged.append(&contract::Record { observation, ..record }, None).unwrap();
     }
     drop(forged);
     let verify = |words: &[&str]| {
@@ -204,7 +204,7 @@ fn whoever_reads_a_journal_that_is_not_sound_says_so_first() {
         hopper_sim::Journal::create(&mission.path("forged"), &history.header().clone(), false).unwrap();
     for record in history.records().map(Result::unwrap) {
         let visits = record.visits + u64::from(record.decision.0 == 5);
-        forged.append(&contract::Record { visits, ..record }).unwrap();
+        forged.append(&contract::Record { visits, ..record }, None).unwrap();
     }
     drop(forged);
     let told = "record 5: visits needs 0, got 1";

@@ -142,12 +142,7 @@ fn wide(profile: Profile, seed: u64) -> Mission {
          [robot]\nhop_distance_m = 1.0\nsensor = {{ gain = 12.0, offset_m = 2.0 }}\n[limits]\nsteps_max = 110\n"
     );
     let world = Scenario::parse(&text, "wide").and_then(|scenario| scenario.resolve()).unwrap();
-    Mission {
-        brief: Brief { run: RunId(1), ..world.brief },
-        terrain: world.terrain,
-        seed,
-        faults: Vec::new(),
-    }
+    Mission { brief: Brief { run: RunId(1), ..world.brief.clone() }, ..Mission::of(&world, seed) }
 }
 
 /// P-UNSEEN-WIDE: Unseen ground changes no decision on maps so wide that a landing takes several

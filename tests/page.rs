@@ -35,12 +35,11 @@ fn flown(scenario: &str) -> Flown {
 }
 
 fn flown_in(world: ResolvedScenario) -> Flown {
-    let mut brief = Brief { run: RunId(77), ..world.brief };
+    let mut brief = Brief { run: RunId(77), ..world.brief.clone() };
     if let Goal::Visit(visit) = &mut brief.robots[0].goal {
         visit.hops_max = 60;
     }
-    let mission =
-        Mission { brief: brief.clone(), terrain: world.terrain.clone(), seed: 3, faults: Vec::new() };
+    let mission = Mission { brief: brief.clone(), ..Mission::of(&world, 3) };
     let mut records = Vec::new();
     let schedule = PlannerSchedule::single("mdp".parse().unwrap());
     let mut ns = 0;
@@ -285,8 +284,8 @@ fn scouted(accuracy: &str) -> Scouted {
     // The last table is that of the helicopter.
     let text = format!("{}{accuracy}\n", include_str!("../scenarios/rover-helicopter.toml"));
     let world = Scenario::parse(&text, "scouted").unwrap().resolve().unwrap();
-    let brief = Brief { run: RunId(77), ..world.brief };
-    let mission = Mission { brief, terrain: world.terrain.clone(), seed: 3, faults: world.faults.clone() };
+    let brief = Brief { run: RunId(77), ..world.brief.clone() };
+    let mission = Mission { brief, ..Mission::of(&world, 3) };
     let planners: Vec<Name> = ["rrt_star_ett", "rrt_star_it"].map(|name| name.parse().unwrap()).into();
     let schedule = PlannerSchedule::of_robots(&planners);
     let mut records = Vec::new();
@@ -541,9 +540,8 @@ fn a_patrol_is_told_with_its_goals_and_the_visits_of_each_hop() {
 #[test]
 fn a_landing_on_the_largest_map_makes_small_frames() {
     let world = scenario::load("vast").unwrap().resolve().unwrap();
-    let brief = Brief { run: RunId(5), ..world.brief };
-    let mission =
-        Mission { brief: brief.clone(), terrain: world.terrain.clone(), seed: 1, faults: Vec::new() };
+    let brief = Brief { run: RunId(5), ..world.brief.clone() };
+    let mission = Mission { brief: brief.clone(), ..Mission::of(&world, 1) };
     let mut state = *Arbiter::new(mission, None, Pace::Max, 0, MonotonicNs(1)).state();
     let mut cartographer = Cartographer::new(ROBOT);
     cartographer.on(Event::Terrain(brief.run, world.terrain), MonotonicNs(0));

@@ -261,7 +261,7 @@ fn whoever_reads_a_journal_with_a_changed_header_says_so_first() {
         assert_ne!(&header, history.header(), "{verified}");
         let journal = mission.path(&out).join("journal");
         let mut forged = hopper_sim::Journal::create(&journal, &header, false).unwrap();
-        history.records().take(8).for_each(|record| forged.append(&record.unwrap()).unwrap());
+        history.records().take(8).for_each(|record| forged.append(&record.unwrap(), None).unwrap());
         drop(forged);
         for words in [&["journal", "verify", &out][..], &["journal", "verify", &out, "--against-lockstep"]] {
             let output = mission.hopper(words).output().unwrap();

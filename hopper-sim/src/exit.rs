@@ -15,7 +15,7 @@ impl JournalError {
             JournalError::Io { .. }
             | JournalError::TooLong { .. }
             | JournalError::Displaced { .. }
-            | JournalError::NoRoute { .. }
+            | JournalError::OtherAttachment { .. }
             | JournalError::File(FileError::Io { .. }) => Exit::Failed,
             JournalError::File(_)
             | JournalError::Exists { .. }

@@ -8,12 +8,14 @@
 #![warn(clippy::disallowed_methods)]
 
 pub mod arbiter;
+mod attachment;
 #[cfg(feature = "shell")]
 mod conversion;
 pub mod crash;
 pub mod dynamics;
 #[cfg(feature = "shell")]
 pub mod elevation_args;
+mod execution;
 mod exit;
 pub mod file_error;
 pub mod guard;
@@ -30,8 +32,10 @@ pub mod throttle;
 mod trouble;
 
 pub use arbiter::{Arbiter, Effect, Event, REPUBLISH_NS};
+pub use attachment::Attachment;
 pub use contract::Pace;
 pub use crash::CRASH_POINTS;
+pub use execution::Execution;
 pub use guard::{Fallback, Guard};
 pub use journal::{
     Journal, JournalError, JournalHeader, JournalReader, Located, Storage, Verification, verify,

@@ -6,7 +6,7 @@ use contract::{
     Account, Brief, Digest, Ground, PriorCell, PriorPage, PriorRequest, RobotId, SpeedPrior, Status,
     TruthPage, TruthRequest,
 };
-use scenario::Fault;
+use scenario::{Dynamics, Fault, ResolvedScenario};
 use terrain::Terrain;
 
 /// The first robot, and the only one where a hopper is alone. Ports of services that belong to no robot are opened with it.
@@ -21,11 +21,26 @@ pub struct Mission {
     pub terrain: Arc<Terrain>,
     /// Seed of the keyed draws; never leaves hopper-sim but for the journal's header.
     pub seed: u64,
+    /// Where a hop ends; never leaves hopper-sim but for the journal's header.
+    pub dynamics: Dynamics,
     /// How robots will fail; never leaves hopper-sim but for the journal's header.
     pub faults: Vec<Fault>,
 }
 
 impl Mission {
+    /// The mission of a scenario, flown with `seed`.
+    #[must_use]
+    pub fn of(world: &ResolvedScenario, seed: u64) -> Self {
+        let ResolvedScenario { brief, terrain, dynamics, faults, .. } = world;
+        Self {
+            brief: brief.clone(),
+            terrain: Arc::clone(terrain),
+            seed,
+            dynamics: dynamics.clone(),
+            faults: faults.clone(),
+        }
+    }
+
     /// Start of the digest chain.
     #[must_use]
     pub fn genesis(&self) -> Digest {

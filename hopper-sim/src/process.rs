@@ -5,9 +5,9 @@ use std::time::Duration;
 
 use contract::limits::{PRIOR_PAGE_CELLS, TRUTH_PAGE_CELLS};
 use contract::{
-    Action, Announcement, Brief, Command, Control, Decision, Heartbeat, Incarnation, MissingPeer,
-    MonotonicNs, Name, Pacing, PastRequest, Policy, PriorRequest, Record, Refusal, RobotId, Role, RoutePage,
-    RouteRequest, State, Status, Team, TruthRequest,
+    Announcement, Brief, Command, Control, Decision, DetailPage, DetailRequest, Heartbeat, Incarnation,
+    MissingPeer, MonotonicNs, Name, Pacing, PastRequest, Policy, PriorRequest, Record, Refusal, RobotId,
+    Role, RoutePage, RouteRequest, State, Status, Team, TruthRequest,
 };
 use process::{
     Exit, Failure, Membership, Ports, Process, Reader, Server, TICK_NS, Terms, Turn, Writer, log_refusal,
@@ -67,6 +67,8 @@ pub struct HopperSim<P: Ports, R: RecordStore, O: FnMut(&Record)> {
     announcements: Vec<P::Reader<Announcement>>,
     /// Serves announced routes, in a mission that has routes.
     routes: Option<P::Server<RouteRequest>>,
+    /// Serves what the motion model tells, if it tells more than the outcome.
+    details: Option<P::Server<DetailRequest>>,
     /// Serves the prior, in a mission over uncertain ground.
     priors: Option<P::Server<PriorRequest>>,
     controls: P::Reader<Control>,
@@ -126,6 +128,7 @@ impl<P: Ports, R: RecordStore, O: FnMut(&Record)> HopperSim<P, R, O> {
         let robots = (0..arbiter.robots()).map(RobotId);
         let (has_routes, has_prior) =
             (arbiter.mission().brief.has_routes(), arbiter.mission().brief.sampling.is_some());
+        let has_details = !arbiter.mission().dynamics.is_law();
         let mut sim = Self {
             membership: Membership::join(ports, Role::HopperSim, Name::NONE, terms)?,
             briefs: ports.writer(ROBOT)?,
@@ -139,6 +142,7 @@ impl<P: Ports, R: RecordStore, O: FnMut(&Record)> HopperSim<P, R, O> {
                 Vec::new()
             },
             routes: has_routes.then(|| ports.server(ROBOT)).transpose()?,
+            details: has_details.then(|| ports.server(ROBOT)).transpose()?,
             priors: has_prior.then(|| ports.server(ROBOT)).transpose()?,
             controls: ports.reader(ROBOT, false)?,
             pacings: ports.writer(ROBOT)?,
@@ -174,6 +178,12 @@ impl<P: Ports, R: RecordStore, O: FnMut(&Record)> HopperSim<P, R, O> {
     #[must_use]
     pub fn arbiter(&self) -> &Arbiter {
         &self.arbiter
+    }
+
+    /// What was executed.
+    #[must_use]
+    pub fn records(&self) -> &R {
+        &self.records
     }
 
     /// Lives of other processes heard so far, with their process numbers.
@@ -256,7 +266,7 @@ impl<P: Ports, R: RecordStore, O: FnMut(&Record)> HopperSim<P, R, O> {
         Ok(())
     }
 
-    /// Answers the requests for the past and the truth, and where robots have routes those for routes and the prior.
+    /// Answers the requests for the past, the truth and details, and where robots have routes those for routes and the prior.
     async fn serve(&mut self, ports: &mut P) -> Result<(), P::Error> {
         let (due, now) = (self.arbiter.state().decision, ports.now());
         let Self { past, records, unreadable, .. } = self;
@@ -278,6 +288,24 @@ impl<P: Ports, R: RecordStore, O: FnMut(&Record)> HopperSim<P, R, O> {
             page.records.retain(|record| record.decision < due);
             Some(page)
         })?;
+        if let Some(details) = &mut self.details {
+            let records = &self.records;
+            refusals.extend(details.serve(|request: &DetailRequest| {
+                let DetailRequest { run, decision } = *request;
+                if run != records.run() || decision >= due {
+                    return None;
+                }
+                match records.detail(decision) {
+                    Ok(detail) => detail.map(|detail| DetailPage { run, decision, detail }),
+                    Err(error) => {
+                        if Trouble::note(&mut self.unreadable, &error, now) {
+                            tracing::error!("details cannot be served: {error}");
+                        }
+                        None
+                    }
+                }
+            })?);
+        }
         let Self { truths, arbiter, .. } = self;
         let page = |request: &TruthRequest| arbiter.mission().truth_page(request, TRUTH_PAGE_CELLS);
         refusals.extend(truths.serve(page)?);
@@ -356,15 +384,8 @@ impl<P: Ports, R: RecordStore, O: FnMut(&Record)> HopperSim<P, R, O> {
     /// The commit point.
     async fn append(&mut self, record: &Record, ports: &mut P) -> Vec<Effect> {
         ports.pass(crash::BEFORE_APPEND).await;
-        let announced = match record.action {
-            Action::Announce(id) => self.arbiter.route(id),
-            _ => None,
-        };
-        let appended = match announced {
-            Some(route) => self.records.append_announced(record, route),
-            None => self.records.append(record),
-        };
-        match appended {
+        let attachment = self.arbiter.attachment(record);
+        match self.records.append(record, attachment.as_ref()) {
             Ok(()) => {
                 ports.pass(crash::APPENDED).await;
                 let now = ports.now();

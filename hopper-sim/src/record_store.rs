@@ -1,27 +1,21 @@
 //! Where hopper-sim appends executed decisions, and reads those of earlier lives.
 
-use contract::{Decision, PastPage, Record, Route, RunId};
+use std::collections::BTreeMap;
 
-use crate::{Arbiter, Journal, JournalError, Storage};
+use contract::{Decision, Detail, DetailId, PastPage, Record, RobotId, Route, RunId};
+
+use crate::{Arbiter, Attachment, Journal, JournalError, Storage};
 
 /// Where executed decisions go and come from: the journal, or nowhere in lockstep.
 pub trait RecordStore {
     /// The run whose records these are.
     fn run(&self) -> RunId;
 
-    /// Takes a record; the commit point of a hop.
+    /// Takes a record with what it names; the commit point of a hop.
     ///
     /// # Errors
     /// If it could not be written whole. What was written of it is cut off again.
-    fn append(&mut self, record: &Record) -> Result<(), JournalError>;
-
-    /// As [`RecordStore::append`], with the route that the record announces.
-    ///
-    /// # Errors
-    /// As [`RecordStore::append`].
-    fn append_announced(&mut self, record: &Record, _route: &Route) -> Result<(), JournalError> {
-        self.append(record)
-    }
+    fn append(&mut self, record: &Record, attachment: Option<&Attachment>) -> Result<(), JournalError>;
 
     /// All routes that records announce.
     ///
@@ -30,6 +24,12 @@ pub trait RecordStore {
     fn routes(&self) -> Result<Vec<Route>, JournalError> {
         Ok(Vec::new())
     }
+
+    /// What the motion model tells of a decision; `None` if nothing.
+    ///
+    /// # Errors
+    /// If the record cannot be read.
+    fn detail(&self, decision: Decision) -> Result<Option<Detail>, JournalError>;
 
     /// The records from a decision on, at most [`contract::limits::PAST_PAGE_RECORDS`].
     ///
@@ -51,16 +51,16 @@ impl<S: Storage> RecordStore for Journal<S> {
         self.header().run()
     }
 
-    fn append(&mut self, record: &Record) -> Result<(), JournalError> {
-        Journal::append(self, record)
-    }
-
-    fn append_announced(&mut self, record: &Record, route: &Route) -> Result<(), JournalError> {
-        Journal::append_announced(self, record, route)
+    fn append(&mut self, record: &Record, attachment: Option<&Attachment>) -> Result<(), JournalError> {
+        Journal::append(self, record, attachment)
     }
 
     fn routes(&self) -> Result<Vec<Route>, JournalError> {
         Ok(Journal::routes(self).to_vec())
+    }
+
+    fn detail(&self, decision: Decision) -> Result<Option<Detail>, JournalError> {
+        Journal::detail(self, decision)
     }
 
     fn page(&self, from: Decision) -> Result<PastPage, JournalError> {
@@ -72,7 +72,7 @@ impl<S: Storage> RecordStore for Journal<S> {
     }
 }
 
-/// Tells the arbiter what was done in earlier lives. A hopper alone needs no more than its last record.
+/// Tells the arbiter what was done in earlier lives. A hopper alone needs no more than its last record with what it names.
 ///
 /// # Errors
 /// If a record cannot be read back.
@@ -81,19 +81,40 @@ pub(crate) fn recall<R: RecordStore>(
     records: &R,
     last: Option<&Record>,
 ) -> Result<(), JournalError> {
-    if arbiter.team().is_none() {
-        return Ok(());
-    }
     let Some(last) = last else { return Ok(()) };
+    // The last action of each robot tells where it rests.
+    let mut told = BTreeMap::new();
+    if arbiter.team().is_none() {
+        told.insert(last.robot, (last.decision, last.detail));
+        return recall_details(arbiter, records, told);
+    }
     arbiter.recall_routes(records.routes()?);
     let mut due = Decision(0);
     while due <= last.decision {
         let page = records.page(due)?;
         arbiter.recall(&page.records);
+        told.extend(page.records.iter().map(|record| (record.robot, (record.decision, record.detail))));
         let Some(read) = page.records.last() else {
             return Err(JournalError::OutOfOrder { need: due, got: last.decision });
         };
         due = read.decision.next();
+    }
+    recall_details(arbiter, records, told)
+}
+
+fn recall_details<R: RecordStore>(
+    arbiter: &mut Arbiter,
+    records: &R,
+    told: BTreeMap<RobotId, (Decision, DetailId)>,
+) -> Result<(), JournalError> {
+    for (robot, (decision, id)) in told {
+        if id.is_none() {
+            continue;
+        }
+        match records.detail(decision)? {
+            Some(detail) if detail.id() == id => arbiter.recall_detail(robot, detail),
+            _ => return Err(JournalError::OtherAttachment { decision }),
+        }
     }
     Ok(())
 }

@@ -174,7 +174,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         Some(run) => resume_journal(args, &world, run)?,
         None => open_journal(&args.journal, &world, seed, args.sync)?,
     };
-    let brief = Brief { run: journal.header().run(), ..world.brief };
+    let brief = Brief { run: journal.header().run(), ..world.brief.clone() };
     let mut summary = SummaryBuilder::new(&brief, seed);
     for record in journal.records() {
         summary.record(&record.map_err(Failure::run)?);
@@ -184,7 +184,7 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     let summary_so_far = RefCell::new(summary);
     let (exit, summary) = block_on(async {
         node.pass(crash::JOURNAL_OPENED).await;
-        let mission = Mission { brief: brief.clone(), terrain: world.terrain, seed, faults: world.faults };
+        let mission = Mission { brief: brief.clone(), ..Mission::of(&world, seed) };
         let last = journal.last().copied();
         let executed = |record: &Record| summary_so_far.borrow_mut().record(record);
         let sim = HopperSim::join(&mut node, mission, (journal, last), executed, args.terms()).await?;

@@ -66,6 +66,7 @@ impl World {
             cut: false,
             outcome: Outcome { branch: Branch::Intended, from, to, flight: Flight::default() },
             pose: self.pose(to),
+            detail: contract::DetailId::NONE,
             collected: contract::Collected::default(),
             steps: 2 * (decision + 1),
             status: Status::Underway,

@@ -176,6 +176,7 @@ impl Source {
             cut: false,
             outcome: Outcome { branch: Branch::Intended, from, to: to.cell, flight: Flight::default() },
             pose: to,
+            detail: contract::DetailId::NONE,
             collected: Collected::default(),
             steps: 2 * (decision + 1),
             status: Status::Underway,

@@ -191,6 +191,7 @@ impl Mission {
             cut: false,
             outcome: Outcome { branch, from, to, flight: Flight { range_m, ..Flight::default() } },
             pose: Pose { cell: to, height_m: 0.0 },
+            detail: contract::DetailId::NONE,
             collected: Collected::default(),
             steps: self.records.len() as u64 + 1,
             status: Status::Underway,

@@ -66,7 +66,8 @@ impl Batch {
                 )));
             }
             let (brief, terrain) = (world.brief.clone(), Arc::clone(&world.terrain));
-            let mission = Mission { brief, terrain, seed: 0, faults: Vec::new() };
+            let mission =
+                Mission { brief, terrain, seed: 0, dynamics: Default::default(), faults: Vec::new() };
             let ground = Arc::new(Ground::new(mission));
             let trials = Mutex::new(vec![Trial::new(&ground); count]);
             Ok(Self { resolved: resolved.unbind(), ground, window, trials })

@@ -90,12 +90,7 @@ impl Session {
             if Task::of(&brief) != Task::Cover {
                 return Err(no_environment(brief.scenario, Need::Rovers));
             }
-            let mission = Mission {
-                brief: brief.clone(),
-                terrain: world.terrain.clone(),
-                seed,
-                faults: world.faults.clone(),
-            };
+            let mission = Mission { brief: brief.clone(), ..Mission::of(&world, seed) };
             let (questions, inbox) = channel();
             let (outbox, answers) = channel();
             let name: Name = "session".parse().map_err(crate::error)?;

@@ -159,7 +159,7 @@ impl Trial {
         let mission = &Mission { seed: self.seed, ..ground.mission.clone() };
         let now = MonotonicNs(0);
         let mut state = *Arbiter::new(mission.clone(), None, Pace::Max, 0, now).state();
-        let mut team = RobotTeam::new(&mission.brief, &mission.terrain, &mission.faults);
+        let mut team = RobotTeam::new(mission);
         for &action in &self.actions {
             let (_, execution) = team.execute(mission, &state, Leader::default(), action);
             let mut record = Record {
@@ -174,6 +174,7 @@ impl Trial {
                 cut: false,
                 outcome: execution.outcome,
                 pose: execution.pose,
+                detail: execution.detail,
                 collected: execution.collected,
                 visits: execution.visits,
                 steps: execution.steps,

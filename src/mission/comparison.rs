@@ -46,8 +46,8 @@ pub fn against_lockstep(dir: &Path) -> Result<Option<Difference>, Failure> {
     if schedule.is_empty() {
         return Ok(None);
     }
-    let brief = Brief { run: header.run(), ..world.brief };
-    let mission = Mission { brief, terrain: world.terrain, seed: header.seed, faults: world.faults };
+    let brief = Brief { run: header.run(), ..world.brief.clone() };
+    let mission = Mission { brief, ..Mission::of(&world, header.seed) };
     let mut held = history.records().map_while(Result::ok);
     let mut first = None;
     let outline = |record: &Record| (record.digest, record.observation);

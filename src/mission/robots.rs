@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use contract::{Action, Brief, Record, Route, State, Team};
-use hopper_sim::{JournalReader, RobotTeam};
+use hopper_sim::{JournalReader, Mission, RobotTeam};
 use node::Failure;
 use scenario::ResolvedScenario;
 use terrain::Terrain;
@@ -23,7 +23,7 @@ impl Robots {
         if !brief.has_team() {
             return None;
         }
-        let robots = RobotTeam::new(brief, &world.terrain, &world.faults);
+        let robots = RobotTeam::new(&Mission { brief: brief.clone(), ..Mission::of(world, 0) });
         Some(Self { terrain: Arc::clone(&world.terrain), robots, is_lost: false })
     }
 

@@ -1,6 +1,6 @@
 //! A mission flown by one thread, without shared memory.
 
-use contract::{Action, Brief};
+use contract::Brief;
 use hopper_sim::{Journal, Mission};
 use node::{Exit, Failure, Node};
 use report::{Summary, SummaryBuilder};
@@ -32,28 +32,22 @@ pub fn in_lockstep(
     }
     output_dir.describe(world, seed)?;
     let brief = Brief { run: journal.header().run(), ..world.brief.clone() };
-    let mission =
-        Mission { brief: brief.clone(), terrain: world.terrain.clone(), seed, faults: world.faults.clone() };
+    let mission = Mission { brief: brief.clone(), ..Mission::of(world, seed) };
     let mut summary = SummaryBuilder::new(&brief, seed);
     let mut failed = None;
-    // What announces a route is written once the routes are known: with the mission's end.
+    // What names a route or a detail is written once those are known: with the mission's end.
     let mut unwritten = Vec::new();
     let flown = lockstep::fly(mission, schedule, &mut Node::now, &mut |record| {
         summary.record(record);
-        if brief.has_routes() {
+        if brief.has_routes() || !record.detail.is_none() {
             unwritten.push(*record);
-        } else if let Err(error) = journal.append(record) {
+        } else if let Err(error) = journal.append(record, None) {
             failed.get_or_insert(error);
         }
     })
     .map_err(|error| Failure::new(Exit::Usage, error.to_string()))?;
     for record in &unwritten {
-        let route = flown.routes.iter().find(|route| record.action == Action::Announce(route.id()));
-        let appended = match route {
-            Some(route) => journal.append_announced(record, route),
-            None => journal.append(record),
-        };
-        appended.map_err(Failure::run)?;
+        journal.append(record, flown.attachment(record).as_ref()).map_err(Failure::run)?;
     }
     match failed {
         Some(error) => Err(Failure::run(error)),

@@ -89,7 +89,13 @@ pub fn recorded_as_json() -> Vec<String> {
 fn mission(scenario: Result<Scenario, ScenarioError>) -> Result<Mission, String> {
     let world = scenario.and_then(|scenario| scenario.resolve()).map_err(|error| error.to_string())?;
     let ResolvedScenario { brief, terrain, .. } = world;
-    Ok(Mission { brief: Brief { run: RunId(1), ..brief }, terrain, seed: 1, faults: Vec::new() })
+    Ok(Mission {
+        brief: Brief { run: RunId(1), ..brief },
+        terrain,
+        seed: 1,
+        dynamics: Default::default(),
+        faults: Vec::new(),
+    })
 }
 
 /// The first mission of a built-in scenario.

@@ -67,8 +67,8 @@ impl Request {
         let mut suited: Vec<&str> = robots.flat_map(|robot| planner::suited(&world.brief, robot)).collect();
         suited.dedup();
         let warnings = world.warnings.iter().map(ToString::to_string).collect();
-        let brief = Brief { run, ..world.brief };
-        let mission = Mission { brief, terrain: world.terrain, seed: self.seed, faults: world.faults };
+        let brief = Brief { run, ..world.brief.clone() };
+        let mission = Mission { brief, ..Mission::of(&world, self.seed) };
         Ok(Wanted { mission, schedule, pace, suited, warnings })
     }
 

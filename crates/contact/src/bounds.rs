@@ -1,5 +1,17 @@
 //! What a hop does at most, so that its work is bounded.
 
+/// Impacts and arcs of rolling that launch control follows of a hop: what goes on is too far.
+pub const TRIM_IMPACTS_MAX: u32 = 64;
+
+/// See [`TRIM_IMPACTS_MAX`].
+pub const TRIM_ARCS_MAX: u32 = 2_000;
+
+/// Hops that launch control tries out for a launch.
+pub const TRIM_EVALUATIONS: u32 = 12;
+
+/// Share of the distance within which a trimmed hop ends.
+pub const TRIM_TOLERANCE: f64 = 1.0e-3;
+
 /// Impacts; reaching it is an end of its own.
 pub const IMPACTS_MAX: u32 = 10_000;
 

@@ -5,7 +5,7 @@
 
 use nalgebra::Vector3;
 
-use crate::surface::{Bilinear, Patch, Surface};
+use crate::surface::{Bilinear, Field, Patch, Surface};
 
 /// How a flight ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -59,8 +59,8 @@ impl Clearance {
 }
 
 /// Flies from a point on the ground until the next contact. The patch is that of the contact before.
-pub(crate) fn fly(
-    surface: &Surface,
+pub(crate) fn fly<F: Field>(
+    surface: &Surface<F>,
     patch: Patch,
     from: Vector3<f64>,
     velocity: Vector3<f64>,
@@ -124,8 +124,8 @@ pub(crate) fn fly(
 }
 
 /// When the path leaves a patch, and to which side.
-fn leaves(
-    surface: &Surface,
+fn leaves<F: Field>(
+    surface: &Surface<F>,
     patch: Patch,
     from: Vector3<f64>,
     velocity: Vector3<f64>,

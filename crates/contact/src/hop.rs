@@ -3,12 +3,12 @@
 use nalgebra::Vector3;
 
 use crate::body::Body;
-use crate::bounds::{ARCS_A_CELL, IMPACTS_MAX, IMPACTS_TOLD};
+use crate::bounds::{ARCS_A_CELL, ARCS_MAX, IMPACTS_MAX, IMPACTS_TOLD};
 use crate::flight::{Landing, fly};
 use crate::impact::{impact, tangential};
 use crate::noise::Noise;
 use crate::roll::{Rest, roll};
-use crate::surface::Surface;
+use crate::surface::{Field, Surface};
 
 /// How a hop ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -60,10 +60,10 @@ pub struct Hop {
 }
 
 /// Where a hop takes place.
-#[derive(Clone, Copy, Debug)]
-pub struct Place<'a> {
+#[derive(Debug)]
+pub struct Place<'a, F> {
     /// The ground.
-    pub surface: &'a Surface,
+    pub surface: &'a Surface<F>,
     /// The body.
     pub body: &'a Body,
     /// m/s², above 0.
@@ -72,7 +72,24 @@ pub struct Place<'a> {
     pub hop_m: f64,
 }
 
-impl Place<'_> {
+/// What of a hop is followed at most.
+#[derive(Clone, Copy, Debug)]
+pub struct Limits {
+    /// Impacts.
+    pub impacts: u32,
+    /// Arcs of rolling.
+    pub arcs: u32,
+    /// Whether it is followed to its first contact only, which counts as rest.
+    pub to_first_contact: bool,
+}
+
+impl Default for Limits {
+    fn default() -> Self {
+        Self { impacts: IMPACTS_MAX, arcs: ARCS_MAX, to_first_contact: false }
+    }
+}
+
+impl<F: Field> Place<'_, F> {
     /// Cuts the part of a launch velocity along the ground to what the foot can hold; `None` if it does not leave the ground.
     #[must_use]
     pub fn foothold(&self, from: Vector3<f64>, velocity: Vector3<f64>) -> Option<Vector3<f64>> {
@@ -92,6 +109,19 @@ impl Place<'_> {
     /// `noise` for its roughness.
     #[must_use]
     pub fn hop(&self, from: Vector3<f64>, launched: Vector3<f64>, noise: &mut Noise) -> Hop {
+        self.hop_within(from, launched, noise, &Limits::default())
+    }
+
+    /// As [`Place::hop`], followed within limits.
+    // Long: one loop over flights, impacts and rolls.
+    #[must_use]
+    pub fn hop_within(
+        &self,
+        from: Vector3<f64>,
+        launched: Vector3<f64>,
+        noise: &mut Noise,
+        limits: &Limits,
+    ) -> Hop {
         let Self { surface, body, gravity_mps2, hop_m } = *self;
         let arc_m = surface.cell_m().min(hop_m) / ARCS_A_CELL;
         let stop_mps = body.stop_mps(gravity_mps2);
@@ -116,8 +146,11 @@ impl Place<'_> {
                 Landing::LeftMap => return Hop { end: End::LeftMap, ..hop },
                 Landing::Endless => return Hop { end: End::RolledAway, ..hop },
             };
+            if limits.to_first_contact {
+                return hop;
+            }
             loop {
-                if hop.impact_count == IMPACTS_MAX {
+                if hop.impact_count == limits.impacts {
                     return Hop { end: End::BouncedOn, ..hop };
                 }
                 let ground = surface.bilinear(patch);
@@ -151,6 +184,7 @@ impl Place<'_> {
                     hop.position,
                     along - slip * body.sticking(),
                     &mut arcs,
+                    limits.arcs,
                 );
                 hop.position = rolled.position;
                 hop.rolled_m += rolled.metres;

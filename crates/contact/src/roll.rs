@@ -3,9 +3,9 @@
 use nalgebra::Vector3;
 
 use crate::body::Body;
-use crate::bounds::{ARC_LEAST, ARCS_MAX};
+use crate::bounds::ARC_LEAST;
 use crate::impact::tangential;
-use crate::surface::{Patch, Surface};
+use crate::surface::{Field, Patch, Surface};
 
 /// How a roll ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,14 +33,16 @@ pub(crate) struct Rolled {
 }
 
 /// Rolls from a point on the ground with a velocity along it. `arcs` counts those of the hop so far.
-pub(crate) fn roll(
-    surface: &Surface,
+#[allow(clippy::too_many_arguments, reason = "a place, a motion and what is left of it")]
+pub(crate) fn roll<F: Field>(
+    surface: &Surface<F>,
     body: &Body,
     gravity_mps2: f64,
     arc_m: f64,
     from: Vector3<f64>,
     velocity: Vector3<f64>,
     arcs: &mut u32,
+    arcs_max: u32,
 ) -> Rolled {
     let inertia = 1.0 + body.inertia;
     let stop_mps = body.stop_mps(gravity_mps2);
@@ -53,7 +55,7 @@ pub(crate) fn roll(
         |position, velocity, metres, seconds, rest| Rolled { position, velocity, metres, seconds, rest };
     loop {
         *arcs += 1;
-        if *arcs > ARCS_MAX {
+        if *arcs > arcs_max {
             return ended(position, heading * speed, metres, seconds, Rest::RolledAway);
         }
         let ground = surface.bilinear(patch);

@@ -1,6 +1,6 @@
 //! Hops whose outcome has a closed form.
 
-use contact::{Body, End, Noise, Place, Soil, Surface};
+use contact::{Body, End, Field, Noise, Place, Soil, Surface};
 use nalgebra::Vector3;
 
 const MARS_MPS2: f64 = 3.72;
@@ -15,17 +15,41 @@ const SMOOTH: Soil = Soil {
     roughness_rad: 0.0,
 };
 
-/// Ground of 40 × 40 m that rises by `slope` eastwards.
-fn plane(slope: f64, soil: Soil) -> Surface {
-    let heights = (0..40 * 40).map(|index| slope * (f64::from(index % 40) + 0.5)).collect();
-    Surface::new(40, 1.0, heights, vec![0; 40 * 40], vec![soil]).unwrap()
+/// Ground of 40 × 40 cells of a metre, of one soil.
+struct Ground {
+    heights_m: Vec<f64>,
+    soil: Soil,
 }
 
-fn place(surface: &Surface) -> Place<'_> {
+impl Field for Ground {
+    fn size(&self) -> [usize; 2] {
+        [40; 2]
+    }
+
+    fn cell_m(&self) -> f64 {
+        1.0
+    }
+
+    fn height_m(&self, column: usize, row: usize) -> f64 {
+        self.heights_m[row * 40 + column]
+    }
+
+    fn soil(&self, _: usize, _: usize) -> &Soil {
+        &self.soil
+    }
+}
+
+/// Ground that rises by `slope` eastwards.
+fn plane(slope: f64, soil: Soil) -> Surface<Ground> {
+    let heights_m = (0..40 * 40).map(|index| slope * (f64::from(index % 40) + 0.5)).collect();
+    Surface::new(Ground { heights_m, soil })
+}
+
+fn place(surface: &Surface<Ground>) -> Place<'_, Ground> {
     Place { surface, body: &SOLID, gravity_mps2: MARS_MPS2, hop_m: 1.0 }
 }
 
-fn on(surface: &Surface, x: f64, y: f64) -> Vector3<f64> {
+fn on(surface: &Surface<Ground>, x: f64, y: f64) -> Vector3<f64> {
     Vector3::new(x, y, surface.height_m(x, y))
 }
 
@@ -91,8 +115,8 @@ fn it_rests_up_to_the_slope_that_holds_it_and_rolls_away_beyond() {
 #[test]
 fn a_wall_stops_a_hop_that_a_table_would_let_pass() {
     let soil = Soil { restitution: 0.0, friction: 0.6, rolling: 0.6, ..SMOOTH };
-    let heights = (0..40 * 40).map(|index| if index % 40 >= 12 { 1.0 } else { 0.0 }).collect();
-    let surface = Surface::new(40, 1.0, heights, vec![0; 40 * 40], vec![soil]).unwrap();
+    let heights_m = (0..40 * 40).map(|index| if index % 40 >= 12 { 1.0 } else { 0.0 }).collect();
+    let surface = Surface::new(Ground { heights_m, soil });
     // 45°, .93 m: its apex is at .23 m.
     let side = (MARS_MPS2 / 2.0).sqrt();
     let hop =

@@ -55,6 +55,9 @@ pub const GOALS_MAX: usize = 16;
 /// Records in one page of the past.
 pub const PAST_PAGE_RECORDS: usize = 64;
 
+/// Most points of the way of a hop that are told.
+pub const DETAIL_POINTS_MAX: usize = 48;
+
 /// Cells in one patch of the observed map.
 pub const MAP_PATCH_CELLS: usize = 1024;
 

@@ -22,11 +22,15 @@ pub enum Branch {
     Stranded,
     /// Stopped on the way, since the driving time of the stage was used up.
     Halted,
+    /// Came to rest on another cell than any of those.
+    Elsewhere,
+    /// Did not come to rest: it rolled or bounced on, and is lost.
+    RolledAway,
 }
 
 impl Branch {
     /// Every branch, in the order of their wire codes.
-    pub const ALL: [Branch; 7] = [
+    pub const ALL: [Branch; 9] = [
         Branch::Intended,
         Branch::Stayed,
         Branch::Left,
@@ -34,6 +38,8 @@ impl Branch {
         Branch::Held,
         Branch::Stranded,
         Branch::Halted,
+        Branch::Elsewhere,
+        Branch::RolledAway,
     ];
 
     /// The code on the wire.

@@ -165,6 +165,7 @@ mod tests {
                 cut: false,
                 outcome: Outcome { branch: Branch::Held, from: cell, to: cell, flight: Flight::default() },
                 pose: Pose { cell, height_m: 0.5 },
+                detail: contract::DetailId::NONE,
                 collected: Collected::default(),
                 visits: 0,
                 steps: 2 * decision.next().0,

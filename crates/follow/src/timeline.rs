@@ -88,6 +88,7 @@ mod tests {
             cut: false,
             outcome: Outcome { branch, from: Cell::new(3, 3), to, flight: Flight::default() },
             pose: Pose { cell: to, height_m: 0.5 },
+            detail: contract::DetailId::NONE,
             collected: Collected::default(),
             visits: 0,
             steps: 2 * (decision + 1),

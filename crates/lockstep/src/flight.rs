@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, VecDeque};
 use std::rc::Rc;
 
 use contract::{
-    Decision, Incarnation, Name, ObservedMap, PolicyCell, Record, RobotId, RobotSet, Route, State,
+    Decision, Detail, Incarnation, Name, ObservedMap, PolicyCell, Record, RobotId, RobotSet, Route, State,
 };
 use hopper_sim::process::{HopperSim, SimTerms};
 use hopper_sim::{Arbiter, Fallback, Mission, Pace};
@@ -155,6 +155,12 @@ impl<'c> Flight<'c> {
     /// The policy of the planner that joined last, if it has one.
     pub fn policy(&mut self) -> Option<Vec<PolicyCell>> {
         self.planners.last_mut().and_then(|hosted| hosted.process.planner().policy())
+    }
+
+    /// What the motion model told of decisions, in their order; nothing under the law.
+    #[must_use]
+    pub fn details(&self) -> Vec<(Decision, Detail)> {
+        self.sim.records().details().to_vec()
     }
 
     /// The routes that robots announced.

@@ -8,7 +8,7 @@
 //! use lockstep::{Mission, PlannerSchedule, fly};
 //!
 //! let world = scenario::load("hard")?.resolve()?;
-//! let mission = Mission { brief: world.brief, terrain: world.terrain, seed: 3, faults: world.faults };
+//! let mission = Mission::of(&world, 3);
 //! let schedule = PlannerSchedule::single("mdp".parse()?);
 //! let mut hops = 0;
 //! let flown = fly(mission, &schedule, &mut MonotonicNs::default, &mut |_record| hops += 1)?;
@@ -26,10 +26,10 @@ mod records;
 use std::collections::BTreeMap;
 
 use contract::{
-    Account, Decision, MonotonicNs, Name, ObservedMap, PolicyCell, Record, RefusalCounts, RobotId, RobotSet,
-    Route, State, Team,
+    Account, Action, Decision, Detail, MonotonicNs, Name, ObservedMap, PolicyCell, Record, RefusalCounts,
+    RobotId, RobotSet, Route, State, Team,
 };
-use hopper_sim::Fallback;
+use hopper_sim::{Attachment, Fallback};
 use planner::{Planner, PlannerError};
 use tracing::subscriber::{NoSubscriber, with_default};
 
@@ -142,6 +142,19 @@ pub struct Flown {
     pub refusals: RefusalCounts,
     /// The routes that robots announced, in no order.
     pub routes: Vec<Route>,
+    /// What the motion model told of decisions, in their order; nothing under the law.
+    pub details: Vec<(Decision, Detail)>,
+}
+
+impl Flown {
+    /// What `record` of this mission names.
+    #[must_use]
+    pub fn attachment(&self, record: &Record) -> Option<Attachment> {
+        let detail = self.details.binary_search_by_key(&record.decision, |(decision, _)| *decision).ok();
+        let route = self.routes.iter().find(|route| record.action == Action::Announce(route.id()));
+        let detail = detail.map(|at| Attachment::Detail(self.details[at].1.clone()));
+        detail.or_else(|| route.cloned().map(Attachment::Route))
+    }
 }
 
 /// Flies `mission` to its end, telling `observe` of each executed decision.
@@ -219,6 +232,7 @@ fn fly_silently(
         policy: flight.policy(),
         refusals,
         routes: flight.routes(),
+        details: flight.details(),
         map: flight.into_map().expect("a flown mission has a map"),
     })
 }

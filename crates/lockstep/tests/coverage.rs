@@ -56,7 +56,13 @@ impl Case {
             ..base
         };
         brief.limits.steps_max = *steps_max;
-        Mission { brief, terrain: terrain.into(), seed: 1, faults: faults.collect() }
+        Mission {
+            brief,
+            terrain: terrain.into(),
+            seed: 1,
+            dynamics: Default::default(),
+            faults: faults.collect(),
+        }
     }
 
     fn fly(&self) -> (lockstep::Flown, Vec<Record>) {
@@ -296,7 +302,7 @@ fn the_built_in_scenarios_of_rovers_keep_their_digests() {
         ("coverage-8", 392, "5509fe6708f784e8906cbe7e248f733b40d1a2d5c917c0d4bed4a3e61da95be3"),
     ] {
         let world = scenario::load(name).unwrap().resolve().unwrap();
-        let mission = Mission { brief: world.brief, terrain: world.terrain, seed: 1, faults: world.faults };
+        let mission = Mission::of(&world, 1);
         let schedule = PlannerSchedule::single("cover_frontier".parse().unwrap());
         let (flown, records) = fly(mission, &schedule);
         assert_eq!(records.len(), decisions, "{name}");

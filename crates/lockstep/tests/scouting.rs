@@ -39,9 +39,9 @@ fn mission_in(
         }
     }
     let world = Scenario::parse(&text, "test").unwrap().resolve().unwrap();
-    let brief = Brief { run: RunId(1), ..world.brief };
+    let brief = Brief { run: RunId(1), ..world.brief.clone() };
     let names: Vec<_> = robots.iter().map(|(_, planner)| planner.parse().unwrap()).collect();
-    let mission = Mission { brief, terrain: world.terrain, seed: 1, faults: world.faults };
+    let mission = Mission { brief, ..Mission::of(&world, 1) };
     (mission, PlannerSchedule::of_robots(&names))
 }
 
@@ -372,7 +372,7 @@ fn fresh_planners_at_every_decision_fly_the_same_stages() {
 fn the_built_in_scenario_keeps_its_digest() {
     let world = scenario::load("rover-helicopter").unwrap().resolve().unwrap();
     let names: Vec<_> = world.planners.iter().flatten().copied().collect();
-    let mission = Mission { brief: world.brief, terrain: world.terrain, seed: 1, faults: world.faults };
+    let mission = Mission::of(&world, 1);
     let (flown, records) = fly(mission, &PlannerSchedule::of_robots(&names));
     assert_eq!(flown.state.status, Status::Goal);
     assert_eq!(records.len(), 46);
@@ -394,7 +394,7 @@ fn on_slopes_a_drive_takes_what_the_planner_expects_of_certain_ground() {
              [limits]\nsteps_max = 100\n[[robots]]\nbody = \"driver\"\nplanner = \"ett_exact\"\n"
         );
         let world = scenario::Scenario::parse(&text, "slopes").unwrap().resolve().unwrap();
-        let mission = Mission { brief: world.brief, terrain: world.terrain, seed: 1, faults: world.faults };
+        let mission = Mission::of(&world, 1);
         fly(mission, &PlannerSchedule::of_robots(&["ett_exact".parse().unwrap()]))
     };
     let time_s = |records: &[Record]| {

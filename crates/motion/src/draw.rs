@@ -22,6 +22,8 @@ use rand_chacha::ChaCha8Rng;
 pub enum Domain {
     /// The branch of a hop.
     Motion,
+    /// The launch and the impacts of a hop that is followed by physics.
+    Contact,
 }
 
 impl Domain {
@@ -31,6 +33,7 @@ impl Domain {
     pub fn label(self) -> &'static str {
         match self {
             Domain::Motion => "motion",
+            Domain::Contact => "contact",
         }
     }
 }
@@ -52,13 +55,23 @@ impl Draw {
     /// If the decision does not fit into 48 bits; a run ends at [`contract::limits::DECISIONS_MAX`].
     #[must_use]
     pub fn new(seed: u64, domain: Domain, robot: RobotId, decision: Decision) -> Self {
+        let (key, number) = Self::key(seed, domain, robot, decision);
+        let mut stream = ChaCha8Rng::from_seed(key);
+        stream.set_stream(number);
+        Self { stream, words: 0 }
+    }
+
+    /// The key and the number of the stream of a decision.
+    ///
+    /// # Panics
+    /// As [`Draw::new`].
+    #[must_use]
+    pub fn key(seed: u64, domain: Domain, robot: RobotId, decision: Decision) -> ([u8; 32], u64) {
         assert!(decision.0 < 1 << 48, "decision {decision} needs to fit into 48 bits");
         let mut key = [0; 32];
         key[..8].copy_from_slice(&seed.to_le_bytes());
         key[8..8 + domain.label().len()].copy_from_slice(domain.label().as_bytes());
-        let mut stream = ChaCha8Rng::from_seed(key);
-        stream.set_stream(u64::from(robot.0) << 48 | decision.0);
-        Self { stream, words: 0 }
+        (key, u64::from(robot.0) << 48 | decision.0)
     }
 
     /// A uniform number in [0, 1) with 53 random bits; takes two words.

@@ -11,6 +11,12 @@ pub fn landing(grid: &Grid, from: Cell, direction: Direction, branch: Branch) ->
         Branch::Intended => grid.hop(from, direction),
         Branch::Left => grid.hop(from, direction.left()),
         Branch::Right => grid.hop(from, direction.right()),
-        Branch::Stayed | Branch::Held | Branch::Stranded | Branch::Halted => from,
+        // No law leads elsewhere.
+        Branch::Stayed
+        | Branch::Held
+        | Branch::Stranded
+        | Branch::Halted
+        | Branch::Elsewhere
+        | Branch::RolledAway => from,
     }
 }

@@ -33,7 +33,7 @@ impl Transition {
             Branch::Stayed => self.stayed,
             Branch::Left => self.left,
             Branch::Right => self.right,
-            Branch::Held | Branch::Stranded | Branch::Halted => 0.0,
+            Branch::Held | Branch::Stranded | Branch::Halted | Branch::Elsewhere | Branch::RolledAway => 0.0,
         }
     }
 

@@ -109,7 +109,7 @@ proptest! {
             prop_assert!(parts.iter().all(|p| (0.0..=1.0).contains(p)), "{:?}", row);
             prop_assert!((parts.iter().sum::<f64>() - 1.0).abs() <= f64::EPSILON, "{:?}", row);
             let named = Branch::ALL.map(|branch| row.probability(branch));
-            prop_assert_eq!(named, [row.intended, row.stayed, row.left, row.right, 0.0, 0.0, 0.0]);
+            prop_assert_eq!(named, [row.intended, row.stayed, row.left, row.right, 0.0, 0.0, 0.0, 0.0, 0.0]);
         }
     }
 

@@ -503,6 +503,9 @@ pub struct Record {
     /// that was announced; 0 for none
     #[prost(fixed64, tag = "19")]
     pub route: u64,
+    /// names what the motion model tells beyond the outcome; zero for nothing
+    #[prost(bytes = "vec", tag = "20")]
+    pub detail: ::prost::alloc::vec::Vec<u8>,
 }
 /// hop/past: executed decisions that the recorder asked for.
 #[derive(Clone, PartialEq, ::prost::Message)]
@@ -660,6 +663,8 @@ pub enum Branch {
     Held = 5,
     Stranded = 6,
     Halted = 7,
+    Elsewhere = 8,
+    RolledAway = 9,
 }
 impl Branch {
     /// String value of the enum field names used in the ProtoBuf definition.
@@ -676,6 +681,8 @@ impl Branch {
             Self::Held => "HELD",
             Self::Stranded => "STRANDED",
             Self::Halted => "HALTED",
+            Self::Elsewhere => "ELSEWHERE",
+            Self::RolledAway => "ROLLED_AWAY",
         }
     }
     /// Creates an enum from field names used in the ProtoBuf definition.
@@ -689,6 +696,8 @@ impl Branch {
             "HELD" => Some(Self::Held),
             "STRANDED" => Some(Self::Stranded),
             "HALTED" => Some(Self::Halted),
+            "ELSEWHERE" => Some(Self::Elsewhere),
+            "ROLLED_AWAY" => Some(Self::RolledAway),
             _ => None,
         }
     }

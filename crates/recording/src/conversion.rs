@@ -6,7 +6,7 @@
 use bytemuck::Zeroable;
 use contract::wire::{
     BriefV10, CommandV3, ControlV1, HeartbeatV2, LeaderV1, MapPageV2, MapPatchV2, OutcomeV1, PastHeaderV1,
-    PolicyCellV1, PolicyHeaderV1, PoseV1, RecordV4, RobotV1, SeenCellV4, StateV4, TempoV1, seen_soil,
+    PolicyCellV1, PolicyHeaderV1, PoseV1, RecordV5, RobotV1, SeenCellV4, StateV4, TempoV1, seen_soil,
     soil_of_seen,
 };
 use contract::{Name, Refusal};
@@ -245,9 +245,9 @@ convert! {
     Control = ControlV1 { run, incarnation, pace_hz, order, pace, robot } padding 4;
     Tempo = TempoV1 { run, pace_hz, pace, paused, heeds, robot };
     Heartbeat = HeartbeatV2 { run, incarnation, counter, decision, role, status, pid, robots, version, planner };
-    Record = RecordV4 {
+    Record = RecordV5 {
         decision, observation, work, steps, visits, robot, action, cut, status, collected, origin, vetoed,
-        leader, outcome, pose, timing_ns, previous, digest, route
+        leader, outcome, pose, timing_ns, previous, digest, route, detail
     } padding 4;
     Past = PastHeaderV1 { run, from, robot } padding 4 extra { records };
 }

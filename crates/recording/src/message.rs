@@ -2,7 +2,7 @@
 
 use contract::wire::{
     BriefV10, CommandV3, ControlV1, HeartbeatV2, MapPageV2, MapPatchV2, PastHeaderV1, PolicyCellV1,
-    PolicyHeaderV1, RecordV4, RobotV1, SeenCellV4, StateV4, TempoV1, brief_from_wire, map_page_from_wire,
+    PolicyHeaderV1, RecordV5, RobotV1, SeenCellV4, StateV4, TempoV1, brief_from_wire, map_page_from_wire,
     page_from_wire, patch_from_wire, policy_from_wire,
 };
 use contract::{
@@ -120,7 +120,7 @@ impl RecordedMessage {
             RecordedMessage::Past(page) => {
                 let mut message_proto = proto::Past::from(&PastHeaderV1::from(page));
                 message_proto.records =
-                    page.records.iter().map(|record| (&RecordV4::from(record)).into()).collect();
+                    page.records.iter().map(|record| (&RecordV5::from(record)).into()).collect();
                 message_proto.encode_to_vec()
             }
             RecordedMessage::Host(host) => proto::Host::from(host).encode_to_vec(),
@@ -179,7 +179,7 @@ impl RecordedMessage {
             }
             Channel::Past => {
                 let message_proto = proto::Past::decode(bytes)?;
-                let records = list::<_, RecordV4>(&message_proto.records)?;
+                let records = list::<_, RecordV5>(&message_proto.records)?;
                 RecordedMessage::Past(page_from_wire(&PastHeaderV1::try_from(&message_proto)?, &records)?)
             }
             Channel::Host => RecordedMessage::Host((&proto::Host::decode(bytes)?).try_into()?),

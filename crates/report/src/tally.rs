@@ -144,6 +144,9 @@ pub struct Route {
     pub left: u64,
     /// Hops that slipped to the right.
     pub right: u64,
+    /// Hops that ended on another cell, or did not come to rest; none under the law of the papers.
+    #[serde(skip_serializing_if = "is_none")]
+    pub elsewhere: u64,
     /// Decisions in which the robot stayed, whoever chose that.
     pub held: u64,
     /// Length over ground, metres.
@@ -164,7 +167,7 @@ impl Route {
     /// Number of hops that did not land as intended.
     #[must_use]
     pub fn stray(&self) -> u64 {
-        self.stayed + self.left + self.right
+        self.stayed + self.left + self.right + self.elsewhere
     }
 
     fn add(&mut self, executed: &Executed, grid: &Grid) {
@@ -174,6 +177,7 @@ impl Route {
             Branch::Stayed | Branch::Stranded => &mut self.stayed,
             Branch::Left => &mut self.left,
             Branch::Right => &mut self.right,
+            Branch::Elsewhere | Branch::RolledAway => &mut self.elsewhere,
             Branch::Held => &mut self.held,
         } += 1;
         self.length_m += outcome.from.distance_cells(outcome.to) * grid.cell_size_m;
@@ -184,6 +188,10 @@ impl Route {
             *range = Range { min: range.min.min(height_m), max: range.max.max(height_m) };
         }
     }
+}
+
+fn is_none(count: &u64) -> bool {
+    *count == 0
 }
 
 /// A mission so far. Memory grows with changes of leader only, not with decisions.

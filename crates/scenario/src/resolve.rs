@@ -59,6 +59,7 @@ impl Scenario {
         terrain.treasures = resolved.treasures_on(&brief, &terrain)?;
         brief.priors.treasures = terrain.treasures.len() as u32;
         resolved.check_hopper(&terrain.grid)?;
+        resolved.truth.dynamics.check(&terrain.grid)?;
         // The wire messages check every bound that applies to scenarios too.
         let robots: Vec<RobotV1> = brief.robots.iter().map(RobotV1::from).collect();
         brief = brief_from_wire(&BriefV10::from(&brief), &robots).map_err(ScenarioError::Brief)?;
@@ -76,6 +77,7 @@ impl Scenario {
                 .collect(),
             planners: resolved.planners()?,
             faults: resolved.faults,
+            dynamics: resolved.truth.dynamics,
             terrain: Arc::new(terrain),
             brief,
         })

@@ -6,7 +6,7 @@ use contract::{Brief, Name};
 use sha2::{Digest as _, Sha256};
 use terrain::Terrain;
 
-use crate::{Fault, RobotRules, Scenario, TerrainSource, Warning};
+use crate::{Dynamics, Fault, RobotRules, Scenario, TerrainSource, Warning};
 
 /// A scenario with its terrain built, what depends on it filled in, and checked: with the seed of the hops it
 /// determines a mission.
@@ -18,6 +18,8 @@ pub struct ResolvedScenario {
     pub brief: Brief,
     /// The robots that will fail. Part of the truth: only hopper-sim knows them. At most one for each robot.
     pub faults: Vec<Fault>,
+    /// Where a hop ends. Part of the truth: only hopper-sim knows it.
+    pub dynamics: Dynamics,
     /// The planner that each robot names, if it names one.
     pub planners: Vec<Option<Name>>,
     /// Canonical TOML with file paths absolute, and with what depends on the ground filled in; it resolves to the same value. Of

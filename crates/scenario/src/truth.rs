@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::exact;
+use crate::{Dynamics, exact};
 
 /// The true ground: terrain, sand and treasures.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -19,6 +19,9 @@ pub struct Truth {
     /// Where it is sand; nowhere by default.
     #[serde(default)]
     pub sand: SandRules,
+    /// Where a hop ends; by default by the law of the papers.
+    #[serde(default, skip_serializing_if = "Dynamics::is_law")]
+    pub dynamics: Dynamics,
     /// How fast a rover drives on it, where robots drive: not in a hopper's mission.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mobility: Option<Mobility>,

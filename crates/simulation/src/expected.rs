@@ -4,7 +4,8 @@
 use std::num::NonZeroU8;
 
 use contract::{
-    Account, Brief, Cell, Digest, DriveSpeed, GradientSource, Ground, Pose, Profile, Record, Robot, Soil,
+    Account, Brief, Cell, Detail, DetailId, Digest, DriveSpeed, GradientSource, Ground, Pose, Profile,
+    Record, Robot, Soil,
 };
 use sha2::{Digest as _, Sha256};
 use terrain::Terrain;
@@ -188,6 +189,22 @@ pub(crate) fn first_digest(brief: &Brief, seed: u64) -> Digest {
     Digest(Sha256::digest(bytes).into())
 }
 
+/// The name of what a motion model tells: the hash of all its numbers.
+pub(crate) fn detail_id(detail: &Detail) -> DetailId {
+    let mut bytes = detail.model.code().to_le_bytes().to_vec();
+    let mut add = |values: &[f64]| {
+        values.iter().for_each(|value| bytes.extend(value.to_bits().to_le_bytes()));
+    };
+    add(&detail.rest_m);
+    add(&detail.figures);
+    for point in &detail.path {
+        add(&[point.seconds]);
+        add(&point.at_m);
+        add(&point.leaves_mps);
+    }
+    DetailId(Sha256::digest(bytes).into())
+}
+
 /// The digest after `record`, from the one before it: everything that was executed, and nothing else.
 pub(crate) fn next_digest(before: Digest, record: &Record) -> Digest {
     let (outcome, flight) = (&record.outcome, &record.outcome.flight);
@@ -217,6 +234,9 @@ pub(crate) fn next_digest(before: Digest, record: &Record) -> Digest {
     bytes.extend(record.collected.0.to_le_bytes());
     if let contract::Action::Announce(route) = record.action {
         bytes.extend(route.0.to_le_bytes());
+    }
+    if record.detail != DetailId::NONE {
+        bytes.extend(record.detail.0);
     }
     if record.robot.0 > 0 {
         bytes.extend(record.robot.0.to_le_bytes());

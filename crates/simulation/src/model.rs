@@ -8,8 +8,7 @@ use contract::{
     Action, Cell, Decision, Digest, Ground, Leader, MotionParameters, Origin, Outcome, Pose, Record, RobotId,
     RunId, SensorParameters, State, Team, Vetoed, Waypoint,
 };
-use hopper_sim::Mission;
-use hopper_sim::dynamics::Execution;
+use hopper_sim::{Execution, Mission};
 use planner::Situation;
 
 use crate::expected::Expected;

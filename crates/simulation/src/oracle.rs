@@ -7,19 +7,19 @@
 use std::sync::Arc;
 
 use contract::{
-    Account, Action, Branch, Cell, Collected, Decision, Digest, Ground, Leader, Origin, Outcome, Pose,
-    Record, RobotId, RunId, State, Team, Vetoed, Waypoint,
+    Account, Action, Branch, Cell, Collected, Decision, DetailId, Digest, Ground, Leader, Origin, Outcome,
+    Pose, Record, RobotId, RunId, State, Team, Vetoed, Waypoint,
 };
-use hopper_sim::Mission;
-use hopper_sim::dynamics::Execution;
+use hopper_sim::{Execution, Mission};
 use planner::Situation;
 
-use crate::expected::{Expected, Shown};
+use crate::expected::{Expected, Shown, detail_id};
 use crate::model::{Counter, Follows, Model, Way, duration_ns};
 use crate::routes::Routes;
 use crate::sensor;
 use crate::setup::Missions;
 
+use self::actor::Arrival;
 use self::covering::Covering;
 use self::turns::Turns;
 use self::uncertain::Uncertain;
@@ -27,6 +27,7 @@ use self::uncertain::Uncertain;
 mod actor;
 mod along;
 mod body;
+mod contact;
 mod covering;
 mod events;
 mod goal;
@@ -104,6 +105,10 @@ impl Oracle {
         if self.turns.actors[number].body().along_route().is_some() {
             along::take(self, number, decision, action);
         } else {
+            if !self.mission.dynamics.is_law() {
+                let detail = self.turns.actors[number].body().act(self, number, decision, action).detail;
+                self.turns.actors[number].told = detail;
+            }
             self.turns.take_in_cells(number, action, outcome);
         }
         let coverer = self.coverers.iter().position(|coverer| *coverer == number);
@@ -224,13 +229,14 @@ impl Model for Oracle {
             return None;
         }
         let actor = &self.turns.actors[due];
-        let outcome = actor.body().act(self, due, before.decision, action).outcome;
+        let Arrival { outcome, detail, .. } = actor.body().act(self, due, before.decision, action);
         let robot = RobotId(due as u16);
-        // Who waits or fails lands nowhere.
-        let lands = actor.body().hops() && action != Action::Wait && outcome.branch != Branch::Stranded;
+        // Who waits, fails or does not come to rest lands nowhere.
+        let hops = actor.body().hops() && action != Action::Wait && outcome.branch != Branch::Stranded;
+        let lands = hops && outcome.branch != Branch::RolledAway;
         let soil = self.mission.terrain.ground(outcome.from).map(|ground| ground.soil);
         let hopped = soil.map_or(0, |soil| motion::steps(soil, action, outcome.branch));
-        let hopper_steps = before.steps + if lands { hopped } else { 0 };
+        let hopper_steps = before.steps + if hops { hopped } else { 0 };
         let mut after = self.clone();
         after.take(due, (before.decision, action), &outcome, hopper_steps);
         let found = self.mission.terrain.treasures.iter().position(|cell| lands && *cell == outcome.to);
@@ -238,6 +244,7 @@ impl Model for Oracle {
         let execution = Execution {
             outcome,
             pose,
+            detail: detail.map_or(DetailId::NONE, |detail| detail_id(&detail)),
             collected: Collected(before.collected.0 | found.map_or(0, |number| 1 << number)),
             steps,
             visits,

@@ -5,8 +5,7 @@ use contract::{
     Action, Announcement, Command, Decision, Incarnation, MonotonicNs, Record, RobotId, Route, RunId, State,
     Term, Waypoint,
 };
-use hopper_sim::dynamics::Execution;
-use hopper_sim::{Arbiter, Effect, Event, Mission};
+use hopper_sim::{Arbiter, Effect, Event, Execution, Mission};
 
 use crate::chance::Chance;
 use crate::coverage::Coverage;
@@ -212,6 +211,6 @@ impl<'a> Play<'a> {
 }
 
 fn execution(record: &Record) -> (RobotId, Execution) {
-    let Record { robot, outcome, pose, collected, steps, visits, status, .. } = *record;
-    (robot, Execution { outcome, pose, collected, steps, visits, status })
+    let Record { robot, outcome, pose, detail, collected, steps, visits, status, .. } = *record;
+    (robot, Execution { outcome, pose, detail, collected, steps, visits, status })
 }

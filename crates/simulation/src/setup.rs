@@ -9,7 +9,7 @@ use contract::{
     Sensor, SensorParameters, Soil, Square, Visit, Waypoint,
 };
 use hopper_sim::{Mission, Pace};
-use scenario::Fault;
+use scenario::{ContactRules, Dynamics, Fault};
 use serde::Serialize;
 use terrain::Terrain;
 
@@ -285,6 +285,7 @@ fn rover_mission(seed: u64, number: u64) -> Mission {
         brief,
         terrain: Terrain { grid, cells, treasures: Vec::new(), prior: Vec::new() }.into(),
         seed: chance.bits(),
+        dynamics: Default::default(),
         faults,
     }
 }
@@ -331,8 +332,15 @@ fn hopper_mission(seed: u64, number: u64) -> Mission {
         brief,
         terrain: Terrain { grid, cells, treasures, prior: Vec::new() }.into(),
         seed: chance.bits(),
+        dynamics: dynamics(seed, number),
         faults: Vec::new(),
     }
+}
+
+/// The motion model of a mission with hoppers: physics in one of three.
+fn dynamics(seed: u64, number: u64) -> Dynamics {
+    let mut chance = Chance::new(seed ^ number.rotate_left(32), "dynamics");
+    if chance.one_in(3) { Dynamics::Contact(ContactRules::default()) } else { Dynamics::default() }
 }
 
 /// How hops of the paper's hopper slip and drift.

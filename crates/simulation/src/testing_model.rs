@@ -4,11 +4,10 @@
 use std::sync::Arc;
 
 use contract::{
-    Action, Branch, Cell, Collected, Decision, Flight, Goal, Ground, Leader, Origin, Outcome, Pose, Record,
-    RobotId, State, Status, Vetoed, Waypoint,
+    Action, Branch, Cell, Collected, Decision, DetailId, Flight, Goal, Ground, Leader, Origin, Outcome, Pose,
+    Record, RobotId, State, Status, Vetoed, Waypoint,
 };
-use hopper_sim::Mission;
-use hopper_sim::dynamics::Execution;
+use hopper_sim::{Execution, Mission};
 
 use crate::expected::{Expected, Shown};
 use crate::model::{Follows, Model, Way};
@@ -108,6 +107,7 @@ impl Model for TestingModel {
         let execution = Execution {
             outcome,
             pose: Pose { cell: to, height_m: 0.0 },
+            detail: DetailId::NONE,
             collected: Collected::default(),
             steps,
             visits: before.visits + u64::from(to == self.goal(before.visits)),

@@ -5,9 +5,9 @@ use std::io::Write;
 use std::rc::Rc;
 use std::sync::{Arc, Mutex};
 
-use contract::{Decision, MonotonicNs, PastPage, Record, RefusalCounts, RobotId, Route, RunId};
+use contract::{Decision, Detail, MonotonicNs, PastPage, Record, RefusalCounts, RobotId, Route, RunId};
 use hopper_sim::process::{HopperSim, SimTerms};
-use hopper_sim::{Journal, JournalError, RecordStore, crash};
+use hopper_sim::{Attachment, Journal, JournalError, RecordStore, crash};
 use monitor::process::{Display, Monitor};
 use monitor::{History, Progress, Screen, View, Watcher};
 use perception::Cartographer;
@@ -69,12 +69,12 @@ impl RecordStore for Pages {
         RecordStore::run(&self.journal)
     }
 
-    fn append(&mut self, record: &Record) -> Result<(), JournalError> {
-        self.journal.append(record)
+    fn append(&mut self, record: &Record, attachment: Option<&Attachment>) -> Result<(), JournalError> {
+        self.journal.append(record, attachment)
     }
 
-    fn append_announced(&mut self, record: &Record, route: &Route) -> Result<(), JournalError> {
-        self.journal.append_announced(record, route)
+    fn detail(&self, decision: Decision) -> Result<Option<Detail>, JournalError> {
+        self.journal.detail(decision)
     }
 
     fn routes(&self) -> Result<Vec<Route>, JournalError> {

@@ -3,8 +3,8 @@
 use contract::{Account, Action, Brief, Command, Leader, MonotonicNs, Origin, Policy, Record, State, Timing};
 
 use super::{Arbiter, Effect, Phase};
+use crate::Execution;
 use crate::ROBOT;
-use crate::dynamics::Execution;
 use crate::guard::Fallback;
 
 impl Arbiter {
@@ -30,7 +30,7 @@ impl Arbiter {
     fn record(&mut self, leader: Leader, action: Action, origin: Origin, timing: Timing) -> Record {
         let state = &self.state;
         let (robot, execution) = self.robots.execute(&self.mission, state, leader, action);
-        let Execution { outcome, pose, collected, steps, visits, status } = execution;
+        let Execution { outcome, pose, detail, collected, steps, visits, status } = execution;
         let mut record = Record {
             robot,
             decision: state.decision,
@@ -43,6 +43,7 @@ impl Arbiter {
             cut: false,
             outcome,
             pose,
+            detail,
             collected,
             steps,
             visits,

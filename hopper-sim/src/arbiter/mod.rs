@@ -26,11 +26,11 @@ mod landing;
 mod presence;
 
 use contract::{
-    Action, Collected, Decision, Digest, Leader, MonotonicNs, Origin, Pacing, PeerTable, Policy, Pose,
-    Record, Refusal, RefusalCounts, RobotId, RobotSet, Route, RouteId, State, Team, Timing, Vetoed,
+    Action, Collected, Decision, Detail, Digest, Leader, MonotonicNs, Origin, Pacing, PeerTable, Policy,
+    Pose, Record, Refusal, RefusalCounts, RobotId, RobotSet, Route, RouteId, State, Team, Timing, Vetoed,
 };
 
-use crate::{Mission, Pace, ROBOT, RobotTeam, Throttle};
+use crate::{Attachment, Mission, Pace, ROBOT, RobotTeam, Throttle};
 pub use bid::BID_GRACE_NS;
 use bid::Bid;
 pub use event::{Effect, Event};
@@ -101,7 +101,7 @@ impl Arbiter {
         assert!(mission.terrain.grid == brief.grid, "the terrain lies on the grid of the brief");
         let first = brief.robots[0].start.cell;
         let start = mission.terrain.ground(first).expect("the start lies on the grid");
-        let mut robots = RobotTeam::new(brief, &mission.terrain, &mission.faults);
+        let mut robots = RobotTeam::new(&mission);
         let (status, visits) = robots.opening();
         if let Some(last) = last
             && !brief.has_team()
@@ -178,6 +178,23 @@ impl Arbiter {
     /// Adds routes that earlier lives announced, before their decisions are recalled.
     pub fn recall_routes(&mut self, routes: impl IntoIterator<Item = Route>) {
         routes.into_iter().for_each(|route| self.robots.recall_route(route));
+    }
+
+    /// Takes what the motion model told of the last action of `robot` in an earlier life.
+    pub fn recall_detail(&mut self, robot: RobotId, detail: Detail) {
+        self.robots.recall_detail(robot, detail);
+    }
+
+    /// What `record`, which is to be appended, names.
+    #[must_use]
+    pub fn attachment(&self, record: &Record) -> Option<Attachment> {
+        if !record.detail.is_none() {
+            return self.robots.detail(record.robot).cloned().map(Attachment::Detail);
+        }
+        match record.action {
+            Action::Announce(id) => self.route(id).cloned().map(Attachment::Route),
+            _ => None,
+        }
     }
 
     /// All routes that robots of this mission have announced.

@@ -15,7 +15,7 @@ use std::sync::Arc;
 
 use contract::{
     Action, Announcement, Brief, Cell, Command, Decision, Digest, Incarnation, Leader, MonotonicNs, Name,
-    Record, Refusal, RobotId, Route, Status, Timing,
+    Record, Refusal, RobotId, Status, Timing,
 };
 use serde::Serialize;
 use terrain::Terrain;
@@ -23,7 +23,7 @@ use terrain::Terrain;
 use super::JournalHeader;
 use super::disagreement::Disagreement;
 use crate::mission::{genesis, opening_status};
-use crate::{Arbiter, Effect, Event, Fallback, Mission, Pace};
+use crate::{Arbiter, Attachment, Effect, Event, Fallback, Mission, Pace};
 
 /// The first thing that is wrong with a journal.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
@@ -78,11 +78,12 @@ impl Audit {
     /// # Panics
     /// If the ground is another mission's.
     pub fn new(header: &JournalHeader, terrain: Option<Arc<Terrain>>) -> Self {
-        let JournalHeader { brief, seed, faults, .. } = header;
+        let JournalHeader { brief, seed, dynamics, faults, .. } = header;
         let mission = terrain.map(|terrain| Mission {
             brief: brief.clone(),
             terrain,
             seed: *seed,
+            dynamics: dynamics.clone(),
             faults: faults.clone(),
         });
         let begin = |mission| Arbiter::new(mission, None, Pace::Max, 0, MonotonicNs(0)).without_deadlines();
@@ -103,17 +104,17 @@ impl Audit {
         self.status
     }
 
-    /// Checks the next record, with the route that it announces. After a fault nothing more can be said.
+    /// Checks the next record, with what it names. After a fault nothing more can be said.
     ///
     /// # Errors
     /// The first field that is not what it must be.
-    pub fn observe(&mut self, record: &Record, route: Option<&Route>) -> Result<(), Fault> {
+    pub fn observe(&mut self, record: &Record, attachment: Option<&Attachment>) -> Result<(), Fault> {
         let number = self.records;
         let at =
             |(field, need, got): Difference| Fault { record: Some(number), field: field.into(), need, got };
         self.follows(record).map_err(at)?;
         match &mut self.arbiter {
-            Some(arbiter) => repeat(arbiter, record, route).map_err(at)?,
+            Some(arbiter) => repeat(arbiter, record, attachment).map_err(at)?,
             None => self.is_possible(record).map_err(at)?,
         }
         let digest = self.digest.chain(record);
@@ -223,13 +224,13 @@ fn are_in_order(timing: &Timing) -> Result<(), Difference> {
 }
 
 /// Has the arbiter do what the record says, and compares what it comes to.
-fn repeat(arbiter: &mut Arbiter, record: &Record, route: Option<&Route>) -> Result<(), Difference> {
+fn repeat(arbiter: &mut Arbiter, record: &Record, attachment: Option<&Attachment>) -> Result<(), Difference> {
     same("robot", arbiter.due(), record.robot)?;
     if let Err(action) = arbiter.recall_vetoes(record.vetoed) {
         return Err(("vetoed", "only what the guard vetoes".into(), action.to_string()));
     }
     let (run, robot) = (arbiter.state().run, record.robot);
-    if let Some(route) = route {
+    if let Some(Attachment::Route(route)) = attachment {
         arbiter
             .on(Event::Announcement(Ok(Announcement { run, robot, route: route.clone() })), MonotonicNs(0));
     }
@@ -311,6 +312,7 @@ fn compare(need: &Record, got: &Record) -> Result<(), Difference> {
         cut,
         outcome,
         pose,
+        detail,
         collected,
         visits,
         steps,
@@ -336,6 +338,7 @@ fn compare(need: &Record, got: &Record) -> Result<(), Difference> {
     same("outcome.flight", need.outcome.flight, outcome.flight)?;
     same("pose.cell", need.pose.cell, pose.cell)?;
     same("pose.height_m", need.pose.height_m, pose.height_m)?;
+    same("detail", need.detail, detail)?;
     same("collected", need.collected, collected)?;
     same("visits", need.visits, visits)?;
     same("steps", need.steps, steps)?;

@@ -201,11 +201,13 @@ pub enum JournalError {
         /// The record's.
         got: Decision,
     },
-    /// A record that announces a route must come with its points, and no other may.
-    #[error("a record that announces a route needs the points of route {need}, got none or others")]
-    NoRoute {
-        /// The route that the record names; 0 for none.
-        need: contract::RouteId,
+    /// A record that announces a route must come with its points, one that names a detail with that, and no other with anything.
+    #[error(
+        "the record of decision {decision} needs the route or the detail that it names, got none or another"
+    )]
+    OtherAttachment {
+        /// The decision.
+        decision: Decision,
     },
     /// Each record must continue the digest chain.
     #[error("decision {decision} needs to continue digest {need}, got {got}")]

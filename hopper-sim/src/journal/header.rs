@@ -12,12 +12,13 @@ use std::path::Path;
 
 use contract::wire::{BriefV10, RobotV1, brief_from_wire};
 use contract::{Brief, Limits, Name, RunId};
-use scenario::{Difference, Fault, ResolvedScenario, Scenario, ScenarioError};
+use scenario::{Difference, Dynamics, Fault, ResolvedScenario, Scenario, ScenarioError};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use super::disagreement::{Disagreement, agree};
 use super::{JournalError, Storage, frame};
+use crate::Mission;
 
 /// First bytes of every journal.
 const MAGIC: [u8; 8] = *b"HOPJRNL\n";
@@ -46,6 +47,9 @@ pub struct JournalHeader {
     pub seed: u64,
     /// The resolved scenario in its canonical text.
     pub resolved: String,
+    /// Where a hop ends.
+    #[serde(default, skip_serializing_if = "Dynamics::is_law")]
+    pub dynamics: Dynamics,
     /// How robots will fail.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub faults: Vec<Fault>,
@@ -60,7 +64,21 @@ impl JournalHeader {
             brief: world.brief.clone(),
             seed,
             resolved: world.resolved.clone(),
+            dynamics: world.dynamics.clone(),
             faults: world.faults.clone(),
+        }
+    }
+
+    /// The header of a mission whose scenario is not at hand.
+    #[must_use]
+    pub fn untold(mission: &Mission) -> Self {
+        let Mission { brief, seed, dynamics, faults, .. } = mission;
+        Self {
+            brief: brief.clone(),
+            seed: *seed,
+            resolved: String::new(),
+            dynamics: dynamics.clone(),
+            faults: faults.clone(),
         }
     }
 
@@ -91,6 +109,7 @@ impl JournalHeader {
         // The same scenario, read differently by another version of the program.
         let limits = Limits { decision_budget_ns: need_brief.limits.decision_budget_ns, ..got_brief.limits };
         agree("brief", need_brief, &Brief { run: need_brief.run, limits, ..got_brief.clone() })?;
+        agree("dynamics", &self.dynamics, &got.dynamics)?;
         agree("faults", &self.faults, &got.faults)?;
         Ok(())
     }

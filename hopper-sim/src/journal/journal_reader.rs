@@ -4,10 +4,11 @@ use std::fs::File;
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 
-use contract::{Action, Record, Route};
+use contract::{Detail, Record, Route};
 
 use super::reader::Reader;
 use super::{FILE_NAME, JournalError, JournalHeader, RECORD_BYTES_MAX, Storage, TORN_BYTES_MAX, frame};
+use crate::Attachment;
 
 /// A journal as long as it was when it was opened, so that one still being written may be read.
 #[derive(Debug)]
@@ -64,7 +65,7 @@ impl<S: Storage> JournalReader<S> {
     #[must_use]
     pub fn records(&self) -> Records<'_, S> {
         let reader = Reader::new(&self.file, self.start, self.file_bytes);
-        Records { history: self, reader, routes: Vec::new(), ended: false }
+        Records { history: self, reader, routes: Vec::new(), attachment: None, ended: false }
     }
 }
 
@@ -75,6 +76,8 @@ pub struct Records<'a, S: Storage = File> {
     reader: Reader<'a, S>,
     /// The routes that the records so far announce.
     routes: Vec<Route>,
+    /// What the record names that was read last.
+    attachment: Option<Attachment>,
     ended: bool,
 }
 
@@ -91,12 +94,15 @@ impl<S: Storage> Records<'_, S> {
         &self.routes
     }
 
-    /// The route that `record`, which was read last, announces.
-    pub(super) fn announced_by(&self, record: &Record) -> Option<&Route> {
-        match record.action {
-            Action::Announce(_) => self.routes.last(),
-            _ => None,
-        }
+    /// What the record names that was read last.
+    pub(super) fn attachment(&self) -> Option<&Attachment> {
+        self.attachment.as_ref()
+    }
+
+    /// What the motion model tells of the record that was read last.
+    #[must_use]
+    pub fn detail(&self) -> Option<&Detail> {
+        self.attachment.as_ref().and_then(Attachment::detail)
     }
 
     /// As [`Records::routes`].
@@ -132,13 +138,14 @@ impl<S: Storage> Records<'_, S> {
                 None => Ok(None),
             };
         };
-        let (record, route) = super::record(payload).map_err(|reason| JournalError::Undecodable {
+        let (record, attachment) = super::record(payload).map_err(|reason| JournalError::Undecodable {
             path: path.clone(),
             offset,
             reason,
         })?;
         let payload_bytes = payload.len();
-        self.routes.extend(route);
+        self.routes.extend(attachment.as_ref().and_then(Attachment::route).cloned());
+        self.attachment = attachment;
         self.reader.skip(payload_bytes);
         Ok(Some(record))
     }

@@ -9,7 +9,8 @@
 //!
 //! A header is text (`header.rs`), records are bincode.
 //!
-//! The payload of a record that announces a route has the points of the route behind the record.
+//! What a record names by its fingerprint stands behind it in its payload ([`Attachment`]): the points of the route that it announces, or
+//! what the motion model tells of it.
 //!
 //! A frame is written whole or not at all: a write that fails is cut back, a write that death cut
 //! short is cut when the journal is opened next. Only a tail is ever cut; a broken frame with whole
@@ -43,11 +44,12 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use contract::limits::PAST_PAGE_RECORDS;
-use contract::wire::RecordV4;
-use contract::{Action, Decision, PastPage, Record, Route, Waypoint};
+use contract::wire::RecordV5;
+use contract::{Action, Decision, Detail, PastPage, Record, Route, Waypoint};
 
 use terrain::Terrain;
 
+use crate::Attachment;
 use crate::mission::{ROBOT, genesis};
 use audit::Audit;
 use index::Index;
@@ -66,7 +68,7 @@ pub use verification::{Verification, verify};
 /// Name of the journal's file in its directory.
 pub const FILE_NAME: &str = "hops.journal";
 
-/// Most bytes of an encoded record, with the longest route.
+/// Most bytes of an encoded record, with the longest attachment.
 const RECORD_BYTES_MAX: usize = 8192;
 
 /// Most bytes of a torn tail: a frame cut short, and what a file system may put behind it. More than that is
@@ -158,8 +160,9 @@ impl<S: Storage> Journal<S> {
             let due = Decision(index.len());
             digest = continues(&record, due, digest)?;
             if let Some(audit) = &mut audit {
-                audit.observe(&record, records.announced_by(&record)).map_err(|fault| {
-                    JournalError::NotSound { path: path.clone(), faults: vec![fault.to_string()] }
+                audit.observe(&record, records.attachment()).map_err(|fault| JournalError::NotSound {
+                    path: path.clone(),
+                    faults: vec![fault.to_string()],
                 })?;
             }
             index.push(offset);
@@ -188,28 +191,22 @@ impl<S: Storage> Journal<S> {
         Ok(journal)
     }
 
-    /// Appends `record`: once this returns `Ok` the hop has happened.
+    /// Appends `record` with what it names: once this returns `Ok` the hop has happened.
     ///
     /// # Errors
-    /// If the record is not the next one, announces a route, cannot be written, or the file is no longer what its path leads to; then
+    /// If the record is not the next one, names another attachment, cannot be written, or the file is no longer what its path leads to; then
     /// the journal is as before, and the very same record may be appended again.
-    pub fn append(&mut self, record: &Record) -> Result<(), JournalError> {
-        if let Action::Announce(id) = record.action {
-            return Err(JournalError::NoRoute { need: id });
+    pub fn append(&mut self, record: &Record, attachment: Option<&Attachment>) -> Result<(), JournalError> {
+        if !Attachment::fits(attachment, record) {
+            return Err(JournalError::OtherAttachment { decision: record.decision });
         }
-        self.append_payload(record, &codec::encode(record)?)
-    }
-
-    /// As [`Journal::append`], of a record that announces `route`.
-    ///
-    /// # Errors
-    /// As [`Journal::append`].
-    pub fn append_announced(&mut self, record: &Record, route: &Route) -> Result<(), JournalError> {
-        if record.action != Action::Announce(route.id()) {
-            return Err(JournalError::NoRoute { need: contract::RouteId(record.action.route()) });
-        }
-        self.append_payload(record, &codec::encode(&(record, route.waypoints()))?)?;
-        self.routes.push(route.clone());
+        let payload = match attachment {
+            None => codec::encode(record)?,
+            Some(Attachment::Route(route)) => codec::encode(&(record, route.waypoints()))?,
+            Some(Attachment::Detail(detail)) => codec::encode(&(record, detail))?,
+        };
+        self.append_payload(record, &payload)?;
+        self.routes.extend(attachment.and_then(Attachment::route).cloned());
         Ok(())
     }
 
@@ -290,8 +287,30 @@ impl<S: Storage> Journal<S> {
         self.records_from(0)
     }
 
+    /// What the motion model tells of a decision; `None` if it tells nothing, or there is no such record.
+    ///
+    /// # Errors
+    /// If the record cannot be read back.
+    pub fn detail(&self, decision: Decision) -> Result<Option<Detail>, JournalError> {
+        let read = self.payloads_from(decision.0).next().transpose()?;
+        Ok(match read {
+            Some((_, Some(Attachment::Detail(detail)))) => Some(detail),
+            _ => None,
+        })
+    }
+
+    /// Every record with what it names, in order, read as it is asked for.
+    pub fn attached(&self) -> impl Iterator<Item = Result<(Record, Option<Attachment>), JournalError>> + '_ {
+        self.payloads_from(0)
+    }
+
     /// The records from `first` on, read as they are asked for; ends with the first error.
     fn records_from(&self, first: u64) -> impl Iterator<Item = Result<Record, JournalError>> + '_ {
+        self.payloads_from(first).map(|read| read.map(|(record, _)| record))
+    }
+
+    /// As [`Journal::records_from`], with what they name.
+    fn payloads_from(&self, first: u64) -> impl Iterator<Item = Result<Attached, JournalError>> + '_ {
         let mut start = self.index.before(first).map(|known| self.walk(known, first));
         let mut reader = None;
         std::iter::from_fn(move || {
@@ -320,15 +339,15 @@ impl<S: Storage> Journal<S> {
     }
 
     /// The record that `reader` stands before, which then stands behind it.
-    fn next_of(&self, reader: &mut Reader<'_, S>) -> Result<Record, JournalError> {
+    fn next_of(&self, reader: &mut Reader<'_, S>) -> Result<Attached, JournalError> {
         let offset = reader.offset;
         let undecodable = |reason| JournalError::Undecodable { path: self.path.clone(), offset, reason };
         let payload = reader.payload().map_err(io("read", &self.path))?;
         let payload = payload.ok_or_else(|| undecodable("its checksum no longer holds".into()))?;
-        let (record, _) = self::record(payload).map_err(undecodable)?;
+        let read = self::record(payload).map_err(undecodable)?;
         let payload_bytes = payload.len();
         reader.skip(payload_bytes);
-        Ok(record)
+        Ok(read)
     }
 
     /// What is flown, by which build, from which seed.
@@ -374,25 +393,28 @@ pub fn record_of(bytes: &[u8]) -> Option<Record> {
     Some(record)
 }
 
-/// The record of a frame's payload, with the route that it announces. The bounds of the wire are those of the journal too;
-/// they are stated there.
-fn record(payload: &[u8]) -> Result<(Record, Option<Route>), String> {
+/// A record with what it names.
+type Attached = (Record, Option<Attachment>);
+
+/// The record of a frame's payload, with what it names. The bounds of the wire are those of the journal too; they are stated there.
+fn record(payload: &[u8]) -> Result<Attached, String> {
     let (record, rest): (Record, _) = codec::decode_first(payload)?;
-    let record = Record::try_from(&RecordV4::from(&record)).map_err(|refusal| refusal.to_string())?;
-    let Action::Announce(id) = record.action else {
-        return if rest.is_empty() {
-            Ok((record, None))
+    let record = Record::try_from(&RecordV5::from(&record)).map_err(|refusal| refusal.to_string())?;
+    if let Action::Announce(id) = record.action {
+        let waypoints: Vec<Waypoint> = codec::decode(rest)?;
+        let route = Route::new(waypoints).map_err(|refusal| refusal.to_string())?;
+        return if route.id() == id {
+            Ok((record, Some(Attachment::Route(route))))
         } else {
-            Err(format!("needs {} bytes, got {}", payload.len() - rest.len(), payload.len()))
+            Err(format!("needs the points of route {id}, got those of {}", route.id()))
         };
-    };
-    let waypoints: Vec<Waypoint> = codec::decode(rest)?;
-    let route = Route::new(waypoints).map_err(|refusal| refusal.to_string())?;
-    if route.id() == id {
-        Ok((record, Some(route)))
-    } else {
-        Err(format!("needs the points of route {id}, got those of {}", route.id()))
     }
+    if rest.is_empty() {
+        return Ok((record, None));
+    }
+    let detail: Detail = codec::decode(rest)?;
+    let detail = detail.checked().map_err(|refusal| refusal.to_string())?;
+    Ok((Record { detail: detail.id(), ..record }, Some(Attachment::Detail(detail))))
 }
 
 /// Checks that `record` is the `due` one and continues `digest`; gives the digest after it.

@@ -109,7 +109,7 @@ impl Verification {
         while let Some(record) = records.next().transpose()? {
             verification.observe(&record, &mut due, &mut commanders);
             if verification.fault.is_none() {
-                verification.fault = audit.observe(&record, records.announced_by(&record)).err();
+                verification.fault = audit.observe(&record, records.attachment()).err();
             }
         }
         verification.torn_bytes = records.torn_bytes();

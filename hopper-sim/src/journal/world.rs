@@ -42,6 +42,7 @@ impl JournalHeader {
         }
         let Brief { run, scenario_hash, .. } = self.brief;
         agree("brief", &Brief { run, scenario_hash, ..need.brief.clone() }, &self.brief)?;
+        agree("dynamics", &need.dynamics, &self.dynamics)?;
         agree("faults", &need.faults, &self.faults)?;
         match has_other_hash {
             false => Ok(world),

@@ -13,16 +13,20 @@ mod travels;
 mod turn_order;
 mod uncertain_ground;
 
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
 use contract::{
-    Account, Action, Announcement, Body, Branch, Brief, Cell, Flight, Goal, Leader, Outcome, Placement,
-    Policy, Pose, Record, Refusal, RobotId, Route, RouteId, Standing, State, Status, Team, Waypoint,
+    Account, Action, Announcement, Body, Branch, Brief, Cell, Detail, DetailId, Flight, Goal, Leader,
+    Outcome, Placement, Policy, Pose, Record, Refusal, RobotId, Route, RouteId, Standing, State, Status,
+    Team, Waypoint,
 };
 use rover::Drive;
-use scenario::Fault;
 use terrain::Terrain;
 
+use crate::Execution;
 use crate::Mission;
-use crate::dynamics::Execution;
+use crate::dynamics::{self, MotionModel};
 use crate::guard::Fallback;
 use body::Movement;
 use coverage::Coverage;
@@ -36,6 +40,10 @@ use uncertain_ground::UncertainGround;
 pub struct RobotTeam {
     brief: Brief,
     roster: Roster,
+    /// Where hops end.
+    model: Arc<dyn MotionModel>,
+    /// What the model told of each hopper's last action.
+    details: BTreeMap<RobotId, Detail>,
     travels: Travels,
     /// Ground of uncertain speed, if robots drive on it.
     ground: Option<UncertainGround>,
@@ -49,14 +57,16 @@ impl RobotTeam {
     /// # Panics
     /// If faults, terrain and brief are not of one scenario.
     #[must_use]
-    pub fn new(brief: &Brief, terrain: &Terrain, faults: &[Fault]) -> Self {
+    pub fn new(mission: &Mission) -> Self {
+        let Mission { brief, terrain, faults, .. } = mission;
         let mut roster = Roster::new(brief, faults);
         let travels = Travels::new(brief);
         let covers = brief.robots.iter().any(|robot| matches!(robot.goal, Goal::Cover(_)));
         let drives = brief.robots.iter().any(|robot| robot.body.drives());
         let ground = drives.then(|| UncertainGround::new(&roster, brief, terrain));
         let coverage = covers.then(|| Coverage::new(&mut roster, brief, terrain));
-        let mut team = Self { brief: brief.clone(), roster, travels, ground, coverage };
+        let (model, details) = (dynamics::of(mission), BTreeMap::new());
+        let mut team = Self { brief: brief.clone(), roster, model, details, travels, ground, coverage };
         for robot in (0..team.count()).map(RobotId) {
             team.look_around(terrain, robot);
             team.end_if_over(terrain, robot, brief.reading.opening_steps);
@@ -143,11 +153,14 @@ impl RobotTeam {
         self.travels.keep_announced(robot, action);
         let movement = body::of(&self.body(robot)).movement(self, mission, &act);
         let outcome = movement.outcome();
-        let (hops, lands) =
-            (self.body(robot).hops(), outcome.branch != Branch::Stranded && action != Action::Wait);
+        let comes_down = !matches!(outcome.branch, Branch::Stranded | Branch::RolledAway);
+        let (hops, lands) = (self.body(robot).hops(), comes_down && action != Action::Wait);
+        let detail = movement.detail().map_or(DetailId::NONE, Detail::id);
         let ground = |cell| terrain.ground(cell);
         let steps = match ground(outcome.from) {
-            Some(ground) if hops && lands => state.steps + motion::steps(ground.soil, action, outcome.branch),
+            Some(ground) if hops && (lands || outcome.branch == Branch::RolledAway) => {
+                state.steps + motion::steps(ground.soil, action, outcome.branch)
+            }
             _ => state.steps,
         };
         self.take(terrain, &act, &movement, steps);
@@ -168,7 +181,7 @@ impl RobotTeam {
             Account::Actions => (pose, self.roster.steps(), self.visited_cells()),
             Account::ActionsWithoutWaits => (pose, self.roster.steps_without_waits(), self.visited_cells()),
         };
-        (robot, Execution { outcome, pose, collected, steps, visits, status: self.status(steps) })
+        (robot, Execution { outcome, pose, detail, collected, steps, visits, status: self.status(steps) })
     }
 
     /// Takes note of a decision of an earlier life, whose route, if it announced one, is recalled already.
@@ -194,7 +207,12 @@ impl RobotTeam {
     /// Takes note of what an action has come to. `steps` are those of the hopper, where the mission counts them.
     fn take(&mut self, terrain: &Terrain, act: &Act, movement: &Movement, steps: u64) {
         match movement {
-            Movement::InCells(outcome) => self.settle_in_cells(act, outcome),
+            Movement::InCells(landing) => {
+                self.settle_in_cells(act, &landing.outcome);
+                if let Some(detail) = &landing.detail {
+                    self.recall_detail(act.robot, detail.clone());
+                }
+            }
             Movement::BetweenPoints(arrival, drive) => {
                 self.settle_between_points(act, arrival, drive.as_ref())
             }
@@ -206,7 +224,7 @@ impl RobotTeam {
     /// Takes note of an action of a robot that goes from cell to cell.
     fn settle_in_cells(&mut self, act: &Act, outcome: &Outcome) {
         let Act { robot, action, .. } = *act;
-        let is_stranded = outcome.branch == Branch::Stranded;
+        let is_stranded = matches!(outcome.branch, Branch::Stranded | Branch::RolledAway);
         let turn = match action {
             Action::Wait if !is_stranded => Turn::Waits,
             _ => Turn::Lasts(duration_ns(lasts_s(outcome))),
@@ -261,6 +279,17 @@ impl RobotTeam {
             let seen = view.cells(grid, at);
             uncertain.see(&robot, seen.filter_map(|cell| grid.index(cell)));
         }
+    }
+
+    /// What the motion model told of the last action of `robot`, which it needs for the next.
+    #[must_use]
+    pub fn detail(&self, robot: RobotId) -> Option<&Detail> {
+        self.details.get(&robot)
+    }
+
+    /// Takes what the motion model told of the last action of `robot` in an earlier life.
+    pub fn recall_detail(&mut self, robot: RobotId, detail: Detail) {
+        self.details.insert(robot, detail);
     }
 
     /// Adds a route of an earlier life, which [`RobotTeam::recall`] needs.

@@ -82,12 +82,12 @@ fn nothing_is_appended_to_a_journal_that_is_no_longer_at_its_path() {
         let written = Written::of(all[..3].to_vec());
         let mut journal = Journal::open(written.path(), false).unwrap();
         let (path, aside) = (written.path().join(FILE_NAME), written.path().join("aside"));
-        journal.append(&all[3]).unwrap();
+        journal.append(&all[3], None).unwrap();
         let intact = fs::read(&path).unwrap();
         displace(&path, &aside);
         let displaced = fs::read(&path).ok();
         for _ in 0..2 {
-            let error = journal.append(&all[4]).unwrap_err();
+            let error = journal.append(&all[4], None).unwrap_err();
             let JournalError::Displaced { displacement, .. } = &error else { panic!("{error}") };
             assert!(is_told(displacement), "case {case}: {error}");
             assert!(error.to_string().starts_with(path.to_str().unwrap()), "{error}");
@@ -101,7 +101,7 @@ fn nothing_is_appended_to_a_journal_that_is_no_longer_at_its_path() {
         } else {
             fs::write(&path, &intact).unwrap();
         }
-        journal.append(&all[4]).unwrap();
+        journal.append(&all[4], None).unwrap();
         drop(journal);
         assert_eq!(Journal::open(written.path(), false).unwrap().len(), 5, "case {case}");
     }

@@ -126,7 +126,7 @@ fn a_new_journal_survives_a_loss_of_power_with_header_and_name() {
     folder.lose_power();
     assert_eq!(records_in(folder.file(FILE_NAME).expect("its name is kept")), 0);
     for (count, record) in (1..).zip(&undisturbed()[..3]) {
-        journal.append(record).unwrap();
+        journal.append(record, None).unwrap();
         folder.lose_power();
         assert_eq!(records_in(folder.file(FILE_NAME).unwrap()), count);
     }
@@ -186,7 +186,7 @@ fn what_an_earlier_life_wrote_survives_a_loss_of_power_once_it_is_reopened() {
         let file = LossyFile::default();
         let mut journal = Journal::create_on(file.clone(), &header(&mission()), false).unwrap();
         for record in &undisturbed()[..5] {
-            journal.append(record).unwrap();
+            journal.append(record, None).unwrap();
         }
         drop(journal);
         file.0.borrow_mut().now.extend(torn);
@@ -208,7 +208,7 @@ fn a_torn_tail_that_is_there_again_after_a_loss_of_power_is_cut_again() {
     let bytes = |count: usize| {
         let file = LossyFile::default();
         let mut journal = Journal::create_on(file.clone(), &header(&mission()), true).unwrap();
-        records[..count].iter().for_each(|record| journal.append(record).unwrap());
+        records[..count].iter().for_each(|record| journal.append(record, None).unwrap());
         let kept = file.0.borrow();
         kept.now.clone()
     };
@@ -228,7 +228,7 @@ fn a_torn_tail_that_is_there_again_after_a_loss_of_power_is_cut_again() {
             }
             let mut journal =
                 Journal::resume_on(file.clone(), &header(&mission()), &mission().terrain, syncs).unwrap();
-            journal.append(&records[5]).unwrap();
+            journal.append(&records[5], None).unwrap();
             drop(journal);
             if syncs {
                 file.0.borrow_mut().lose_power();
@@ -285,13 +285,13 @@ fn what_a_failed_append_left_is_cut_before_the_next_though_it_could_not_be_cut_a
     for (room, fails) in [(0, 1), (7, 1), (60, 2), (60, 5)] {
         let full = Full::default();
         let mut journal = Journal::create_on(full.clone(), &header(&mission()), true).unwrap();
-        records[..3].iter().for_each(|record| journal.append(record).unwrap());
+        records[..3].iter().for_each(|record| journal.append(record, None).unwrap());
         *full.room.borrow_mut() = Some(room);
         for _ in 0..fails {
-            journal.append(&records[3]).unwrap_err();
+            journal.append(&records[3], None).unwrap_err();
         }
         *full.room.borrow_mut() = None;
-        journal.append(&records[3]).unwrap();
+        journal.append(&records[3], None).unwrap();
         full.file.0.borrow_mut().lose_power();
         assert_eq!(records_in(full.file.clone()), 4, "room for {room} bytes");
         drop(journal);

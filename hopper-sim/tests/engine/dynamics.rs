@@ -6,7 +6,7 @@ use contract::{
     Action, Branch, Cell, Collected, Decision, Direction, Flight, Leader, Pose, Soil, SoilMotion, State,
     Status,
 };
-use hopper_sim::dynamics::Execution;
+use hopper_sim::Execution;
 use hopper_sim::{Mission, RobotTeam};
 
 use crate::fixture::{EAST, Host, WEST, law, mission, sure_mission};
@@ -20,9 +20,9 @@ fn at(mission: &Mission, cell: Cell) -> State {
 
 /// What `action` of the hopper comes to that stands where `state` has it.
 fn execute(mission: &Mission, state: &State, action: Action) -> Execution {
-    let mut brief = mission.brief.clone();
-    brief.robots[0].start.cell = state.pose.cell;
-    let mut team = RobotTeam::new(&brief, &mission.terrain, &[]);
+    let mut there = mission.clone();
+    there.brief.robots[0].start.cell = state.pose.cell;
+    let mut team = RobotTeam::new(&there);
     team.execute(mission, state, Leader::default(), action).1
 }
 

@@ -88,6 +88,7 @@ pub fn mission() -> Mission {
         terrain: Terrain { grid: brief.grid, cells, treasures: Vec::new(), prior: Vec::new() }.into(),
         brief,
         seed: 42,
+        dynamics: Default::default(),
         faults: Vec::new(),
     }
 }
@@ -111,7 +112,7 @@ pub fn header(mission: &Mission) -> JournalHeader {
     let resolved = "[truth.terrain.elevation_file]\nfile = \"/nowhere/ramp.tif\"\n\
                     [brief]\nname = \"bench\"\nprofile = \"hopper\"\nstart = [1, 2]\ngoal = [7, 6]\n"
         .into();
-    JournalHeader { brief: mission.brief.clone(), seed: mission.seed, resolved, faults: Vec::new() }
+    JournalHeader { resolved, ..JournalHeader::untold(mission) }
 }
 
 /// A frame of a journal.

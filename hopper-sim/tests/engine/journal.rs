@@ -36,7 +36,7 @@ impl Written {
         let bytes = || fs::metadata(dir.path().join(FILE_NAME)).unwrap().len();
         let mut ends = vec![bytes()];
         for record in &records {
-            journal.append(record).unwrap();
+            journal.append(record, None).unwrap();
             ends.push(bytes());
         }
         Self { dir, records, ends }
@@ -110,7 +110,7 @@ fn any_page_of_a_long_journal_begins_where_it_is_asked_for() {
     let dir = tempdir().unwrap();
     let mut journal = Journal::create(dir.path(), &header(&mission()), false).unwrap();
     assert!(journal.is_empty());
-    records.iter().for_each(|record| journal.append(record).unwrap());
+    records.iter().for_each(|record| journal.append(record, None).unwrap());
     assert!(!journal.is_empty());
     for from in [16_383, 16_385, 32_769, 39_998, 39_999, 40_001, 40_002, 40_003] {
         let page = journal.page(Decision(from as u64)).unwrap();
@@ -149,7 +149,7 @@ fn opening_cuts_a_torn_tail_says_how_much_and_goes_on_from_there() {
         assert_eq!((journal.torn_bytes(), journal.len()), (torn_bytes, 6));
         assert_eq!(written.bytes(), bytes[..torn_at as usize]);
         for record in &written.records[6..] {
-            journal.append(record).unwrap();
+            journal.append(record, None).unwrap();
         }
         assert_eq!(written.bytes(), bytes);
     }
@@ -228,11 +228,17 @@ fn records_out_of_order_or_off_the_chain_are_not_appended() {
     let all = undisturbed();
     let mut journal = Journal::open(written.path(), false).unwrap();
     for wrong in [all[2], all[4]] {
-        assert!(matches!(journal.append(&wrong), Err(JournalError::OutOfOrder { need: Decision(3), .. })));
+        assert!(matches!(
+            journal.append(&wrong, None),
+            Err(JournalError::OutOfOrder { need: Decision(3), .. })
+        ));
     }
     let forged = Record { previous: all[0].digest, ..all[3] };
-    assert!(matches!(journal.append(&forged), Err(JournalError::BrokenChain { decision: Decision(3), .. })));
-    journal.append(&all[3]).unwrap();
+    assert!(matches!(
+        journal.append(&forged, None),
+        Err(JournalError::BrokenChain { decision: Decision(3), .. })
+    ));
+    journal.append(&all[3], None).unwrap();
 }
 
 #[test]
@@ -375,13 +381,13 @@ fn a_full_disk_leaves_whole_records_only_and_the_very_same_one_fits_later() {
         for room in rooms {
             let full = intact.len() as u64 + room;
             setrlimit(Resource::Fsize, Rlimit { current: Some(full), ..limits }).unwrap();
-            let error = journal.append(&all[4]).unwrap_err();
+            let error = journal.append(&all[4], None).unwrap_err();
             setrlimit(Resource::Fsize, limits).unwrap();
             assert!(matches!(&error, JournalError::Io { action: "append to", .. }), "{error}");
             assert_eq!(written.bytes(), intact, "with room for {room} bytes");
             assert_eq!((journal.len(), journal.last()), (4, all[3..4].last()));
         }
-        journal.append(&all[4]).unwrap();
+        journal.append(&all[4], None).unwrap();
         drop(journal);
         assert_eq!(read(written.path()).unwrap(), (all[..5].to_vec(), 0));
         written.overwrite(&intact);

@@ -5,6 +5,7 @@
 
 mod arbiter;
 mod chaos;
+mod contact;
 mod control;
 mod displaced;
 mod durability;

@@ -38,7 +38,7 @@ struct Host {
 impl Host {
     fn new(world: &ResolvedScenario, seed: u64) -> Self {
         let brief = Brief { run: RunId(1), ..world.brief.clone() };
-        let mission = Mission { brief, terrain: world.terrain.clone(), seed, faults: world.faults.clone() };
+        let mission = Mission { brief, ..Mission::of(&world, seed) };
         let arbiter = Arbiter::new(mission, None, Pace::Max, 0, MonotonicNs(1)).without_deadlines();
         let mut host = Self { arbiter, records: Vec::new(), refused: Vec::new() };
         host.on(Event::Tick);
@@ -352,8 +352,8 @@ fn at_a_deadline_a_hopper_passes_by_who_stands_in_its_way() {
     let text = GROUND.replace("hazard_max = 1.0", "hazard_max = 1.0\ndeadline_s = 0.1");
     let text = format!("{text}{HOPPER}{}", rover(3, 2, ""));
     let world = Scenario::parse(&text, "test").unwrap().resolve().unwrap();
-    let brief = Brief { run: RunId(1), ..world.brief };
-    let mission = Mission { brief, terrain: world.terrain.clone(), seed: 1, faults: world.faults.clone() };
+    let brief = Brief { run: RunId(1), ..world.brief.clone() };
+    let mission = Mission { brief, ..Mission::of(&world, 1) };
     let mut arbiter = Arbiter::new(mission, None, Pace::Max, 0, MonotonicNs(1));
     arbiter.on(Event::Tick, MonotonicNs(1));
     let effects = arbiter.on(Event::Tick, MonotonicNs(200_000_000));

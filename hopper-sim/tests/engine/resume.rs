@@ -113,6 +113,6 @@ fn through_a_journal_on_disk_killed_at_every_append_the_digest_stays() {
         let order = command(&state, crate::fixture::steer(&header.brief, &state));
         let effects = arbiter.on(Event::Command(Ok(order)), MonotonicNs(1));
         let [Effect::Publish(_), Effect::Append(record)] = effects[..] else { panic!("{effects:?}") };
-        journal.append(&record).unwrap();
+        journal.append(&record, None).unwrap();
     }
 }

@@ -6,7 +6,9 @@ use contract::{
     Action, Announcement, Branch, Command, Decision, DriveSpeed, ErringCamera, Incarnation, MonotonicNs,
     Pace, Refusal, RobotId, Route, RunId, Sensor, SpeedPrior, State, Status, Team, Term, Travel, Waypoint,
 };
-use hopper_sim::{Arbiter, Effect, Event, Journal, JournalError, JournalHeader, Mission, RecordStore};
+use hopper_sim::{
+    Arbiter, Attachment, Effect, Event, Journal, JournalError, JournalHeader, Mission, RecordStore,
+};
 use scenario::{ResolvedScenario, Scenario};
 
 use crate::fixture::command;
@@ -29,7 +31,7 @@ fn world_in(sampling: &str, more: &str) -> ResolvedScenario {
 
 fn mission(world: &ResolvedScenario) -> Mission {
     let brief = contract::Brief { run: RunId(1), ..world.brief.clone() };
-    Mission { brief, terrain: world.terrain.clone(), seed: 1, faults: world.faults.clone() }
+    Mission { brief, ..Mission::of(&world, 1) }
 }
 
 /// An arbiter whose appends always succeed, perhaps into a journal.
@@ -52,15 +54,9 @@ impl Host {
         for effect in self.arbiter.on(event, MonotonicNs(now)) {
             match effect {
                 Effect::Append(record) => {
-                    let route = match record.action {
-                        Action::Announce(id) => self.arbiter.route(id).cloned(),
-                        _ => None,
-                    };
+                    let attachment = self.arbiter.attachment(&record);
                     if let Some(journal) = &mut self.journal {
-                        match &route {
-                            Some(route) => journal.append_announced(&record, route).unwrap(),
-                            None => journal.append(&record).unwrap(),
-                        }
+                        journal.append(&record, attachment.as_ref()).unwrap();
                     }
                     self.on(Event::Appended, now);
                 }
@@ -576,9 +572,9 @@ fn an_announcement_without_its_points_is_not_journalled() {
     host.on(Event::Announcement(Ok(announcement)), 2);
     let effects = host.arbiter.on(Event::Command(Ok(host.command(Action::Announce(id)))), MonotonicNs(3));
     let Some(Effect::Append(record)) = effects.first() else { panic!("{effects:?}") };
-    assert!(matches!(journal.append(record), Err(JournalError::NoRoute { .. })));
-    let other = Route::new(vec![at(0.0), at(4.0)]).unwrap();
-    assert!(matches!(journal.append_announced(record, &other), Err(JournalError::NoRoute { .. })));
+    assert!(matches!(journal.append(record, None), Err(JournalError::OtherAttachment { .. })));
+    let other = Attachment::Route(Route::new(vec![at(0.0), at(4.0)]).unwrap());
+    assert!(matches!(journal.append(record, Some(&other)), Err(JournalError::OtherAttachment { .. })));
     assert!(journal.is_empty());
 }
 

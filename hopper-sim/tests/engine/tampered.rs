@@ -36,8 +36,7 @@ impl Flown {
     /// Flown without sense: what nobody refuses, in turns. Every third decision is tried with what the guard may veto first.
     fn of(what: &'static str, world: ResolvedScenario) -> Self {
         let brief = Brief { run: RunId(5), ..world.brief.clone() };
-        let mission =
-            Mission { brief, terrain: world.terrain.clone(), seed: SEED, faults: world.faults.clone() };
+        let mission = Mission { brief, ..Mission::of(&world, SEED) };
         let dir = tempfile::tempdir().unwrap();
         let mut flight = Flight {
             arbiter: Arbiter::new(mission, None, Pace::Max, 0, MonotonicNs(1)),

@@ -92,7 +92,7 @@ fn a_torn_tail_is_counted_and_not_cut() {
 fn a_journal_may_be_verified_while_it_is_written() {
     let written = Written::of(undisturbed()[..3].to_vec());
     let mut journal = Journal::open(written.path(), false).unwrap();
-    journal.append(&undisturbed()[3]).unwrap();
+    journal.append(&undisturbed()[3], None).unwrap();
     assert_eq!(verify(written.path()).unwrap().decisions, 4);
 }
 
@@ -133,7 +133,7 @@ fn the_records_of_another_seed_do_not_pass() {
     let mut journal = Journal::create(other.path(), &header(&foreign), false).unwrap();
     let header_bytes = std::fs::read(other.path().join(hopper_sim::journal::FILE_NAME)).unwrap().len();
     for record in &host.fly().records {
-        journal.append(record).unwrap();
+        journal.append(record, None).unwrap();
     }
     let foreign_bytes = std::fs::read(other.path().join(hopper_sim::journal::FILE_NAME)).unwrap();
     genuine.overwrite(&[&genuine.bytes()[..], &foreign_bytes[header_bytes..]].concat());

@@ -1,7 +1,7 @@
 //! What a rogue process may write, and that none of it moves the hopper.
 
 use bytemuck::Zeroable;
-use contract::wire::{CommandV3, RecordV4, StateV4};
+use contract::wire::{CommandV3, RecordV5, StateV4};
 use contract::{Command, MonotonicNs, Record, State, Timing};
 use hopper_sim::{Effect, Event};
 use proptest::prelude::*;
@@ -131,7 +131,7 @@ fn every_stamp_has_its_own_field_on_the_wire() {
     };
     let in_order = [101, 202, 303, 404, 505, 606, 707, 808];
     let record = Record { timing, ..undisturbed()[1] };
-    let wire = RecordV4::from(&record);
+    let wire = RecordV5::from(&record);
     assert_eq!(wire.timing_ns, in_order);
     assert_eq!(Record::try_from(&wire).unwrap().timing, timing);
 
@@ -156,9 +156,9 @@ fn every_stamp_has_its_own_field_on_the_wire() {
 #[test]
 fn every_record_of_a_mission_survives_the_wire_and_broken_ones_do_not() {
     for record in undisturbed() {
-        assert_eq!(Record::try_from(&RecordV4::from(&record)).unwrap(), record);
+        assert_eq!(Record::try_from(&RecordV5::from(&record)).unwrap(), record);
     }
-    let changes: [fn(&mut RecordV4); 12] = [
+    let changes: [fn(&mut RecordV5); 12] = [
         |wire| wire.decision = u64::MAX,
         |wire| wire.leader.term = u64::MAX,
         |wire| wire.action = 14,
@@ -173,7 +173,7 @@ fn every_record_of_a_mission_survives_the_wire_and_broken_ones_do_not() {
         |wire| wire.vetoed = 1 << 14,
     ];
     for (index, change) in changes.into_iter().enumerate() {
-        let mut wire = RecordV4::from(&undisturbed()[0]);
+        let mut wire = RecordV5::from(&undisturbed()[0]);
         change(&mut wire);
         assert!(Record::try_from(&wire).is_err(), "change {index}");
     }

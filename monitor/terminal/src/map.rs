@@ -120,7 +120,9 @@ impl<'a> View<'a> {
         // After all of the route: the next hop begins where a stray one ended.
         for hop in shown() {
             match hop.branch {
-                Branch::Left | Branch::Right => put(hop.to, "× ", STRAY),
+                Branch::Left | Branch::Right | Branch::Elsewhere | Branch::RolledAway => {
+                    put(hop.to, "× ", STRAY);
+                }
                 Branch::Stayed | Branch::Stranded => put(hop.to, "o ", STRAY),
                 Branch::Intended | Branch::Held | Branch::Halted => {}
             }

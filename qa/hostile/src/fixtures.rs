@@ -124,7 +124,13 @@ pub fn brief() -> Brief {
 /// A mission in [`world`].
 #[must_use]
 pub fn mission() -> Mission {
-    Mission { brief: brief(), terrain: world().terrain.clone(), seed: 42, faults: Vec::new() }
+    Mission {
+        brief: brief(),
+        terrain: world().terrain.clone(),
+        seed: 42,
+        dynamics: Default::default(),
+        faults: Vec::new(),
+    }
 }
 
 /// The command of the planner in command at `state`: towards the goal.

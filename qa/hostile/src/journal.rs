@@ -64,7 +64,7 @@ pub fn seeds() -> Vec<Vec<u8>> {
     let header = JournalHeader::new(fixtures::world(), fixtures::mission().seed).with_run(fixtures::RUN);
     let mut journal = Journal::create_on(&disk, &header, false).expect("a disk in memory takes it");
     for record in fixtures::flown().0 {
-        journal.append(&record).expect("the records of a mission follow one another");
+        journal.append(&record, None).expect("the records of a mission follow one another");
     }
     vec![disk.into_bytes()]
 }

@@ -10,7 +10,7 @@ use std::collections::VecDeque;
 use contract::limits::PAST_PAGE_RECORDS;
 use contract::wire::{
     BriefV10, CommandV3, GroundV2, HeartbeatV2, MapPageV2, MapPatchV2, MapRequestV1, PastHeaderV1,
-    PastRequestV1, RecordV4, RobotV1, SeenCellV4, StateV4, TruthPageV1, TruthRequestV1, Wire,
+    PastRequestV1, RecordV5, RobotV1, SeenCellV4, StateV4, TruthPageV1, TruthRequestV1, Wire,
     brief_from_wire, map_page_from_wire, page_from_wire, patch_from_wire, truth_page_from_wire,
 };
 use contract::{
@@ -230,7 +230,7 @@ impl<'a> Processes<'a> {
         let until = (from + PAST_PAGE_RECORDS).min(self.records.len());
         let page = PastPage { run, robot, from: request.from, records: self.records[from..until].to_vec() };
         let header = self.script.damaged(PastHeaderV1::from(&page));
-        let records = self.one_damaged(page.records.iter().map(RecordV4::from).collect());
+        let records = self.one_damaged(page.records.iter().map(RecordV5::from).collect());
         match (page_from_wire(&header, &records), reader) {
             (Ok(page), Role::Perception) => self.cartographer(cartographer::Event::Past(page)),
             (Ok(page), _) => self.watcher(watcher::Event::Past(page)),

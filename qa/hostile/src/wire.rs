@@ -13,7 +13,7 @@ use contract::limits::{
 use contract::wire::{
     AnnouncementV1, BriefV10, CommandV3, ControlV1, GroundV2, HeartbeatV2, MapPageV2, MapPatchV2,
     MapRequestV1, MemberV6, PastHeaderV1, PastRequestV1, PolicyCellV1, PolicyHeaderV1, PriorCellV1,
-    PriorPageV1, PriorRequestV1, RecordV4, RobotV1, RoutePageV1, RouteRequestV1, SeenCellV4, StateV4,
+    PriorPageV1, PriorRequestV1, RecordV5, RobotV1, RoutePageV1, RouteRequestV1, SeenCellV4, StateV4,
     TeamHeaderV1, TempoV1, TruthPageV1, TruthRequestV1, WaypointV1, Wire, announcement_from_wire,
     brief_from_wire, map_page_from_wire, page_from_wire, patch_from_wire, policy_from_wire,
     prior_page_from_wire, route_page_from_wire, team_from_wire, truth_page_from_wire,
@@ -85,7 +85,7 @@ pub fn past_page(bytes: &[u8]) {
     let (header, rest) = header(bytes);
     paged(page_from_wire(&header, &payload(rest)), |page| {
         assert!(page.records.len() <= PAST_PAGE_RECORDS);
-        let records: Vec<RecordV4> = page.records.iter().map(RecordV4::from).collect();
+        let records: Vec<RecordV5> = page.records.iter().map(RecordV5::from).collect();
         page_from_wire(&PastHeaderV1::from(page), &records)
     });
 }
@@ -149,7 +149,7 @@ pub fn truth_page(bytes: &[u8]) {
 /// Cells of the map and of the truth, and records, each alone.
 pub fn cell(bytes: &[u8]) {
     there_and_back::<SeenCellV4, SeenCell>(&header(bytes).0);
-    there_and_back::<RecordV4, Record>(&header(bytes).0);
+    there_and_back::<RecordV5, Record>(&header(bytes).0);
     there_and_back::<GroundV2, Ground>(&header(bytes).0);
 }
 
@@ -333,7 +333,7 @@ pub fn past_pages() -> Vec<Vec<u8>> {
         run: CommandV3::from(&fixtures::command(&fixtures::flown().1[0])).run,
         ..PastHeaderV1::zeroed()
     };
-    let records: Vec<_> = fixtures::flown().0.iter().take(3).map(RecordV4::from).collect();
+    let records: Vec<_> = fixtures::flown().0.iter().take(3).map(RecordV5::from).collect();
     vec![bytes_of(&header, &records)]
 }
 
@@ -422,7 +422,7 @@ pub fn cells() -> Vec<Vec<u8>> {
     vec![
         bytes_of::<_, GroundV2>(&SeenCellV4::from(&seen), &[]),
         bytes_of::<_, GroundV2>(&GroundV2::from(&ground), &[]),
-        bytes_of::<_, GroundV2>(&RecordV4::from(&fixtures::flown().0[0]), &[]),
+        bytes_of::<_, GroundV2>(&RecordV5::from(&fixtures::flown().0[0]), &[]),
     ]
 }
 

@@ -5,7 +5,7 @@
 use std::sync::Arc;
 
 use contract::wire::{
-    BriefV10, CommandV3, GroundV2, HeartbeatV2, MapPageV2, MapPatchV2, PastHeaderV1, RecordV4, RobotV1,
+    BriefV10, CommandV3, GroundV2, HeartbeatV2, MapPageV2, MapPatchV2, PastHeaderV1, RecordV5, RobotV1,
     SeenCellV4, StateV4, TruthPageV1, brief_from_wire, map_page_from_wire, page_from_wire, patch_from_wire,
     truth_page_from_wire,
 };
@@ -178,7 +178,7 @@ fn no_extreme_of_what_peers_read_ends_one_of_them() {
     }
     let page =
         PastPage { run: fixtures::RUN, robot: ROBOT, from: Decision(0), records: records[..1].to_vec() };
-    for record in extremes::of(&RecordV4::from(&records[0])) {
+    for record in extremes::of(&RecordV5::from(&records[0])) {
         if let Ok(page) = page_from_wire(&PastHeaderV1::from(&page), &[record]) {
             let mut processes = Processes::aboard();
             processes.state(states[2]);
@@ -198,7 +198,7 @@ fn no_extreme_of_what_peers_read_ends_one_of_them() {
             processes.tick();
         }
     }
-    assert!(Record::try_from(&RecordV4::from(&records[0])).is_ok());
+    assert!(Record::try_from(&RecordV5::from(&records[0])).is_ok());
 }
 
 /// What a plan may take: sweeps, expansions.
@@ -215,7 +215,13 @@ fn every_planner_decides_under_every_brief_that_passes() {
             continue;
         }
         Arc::make_mut(&mut terrain).grid = brief.grid;
-        let mission = Mission { brief: brief.clone(), terrain: terrain.clone(), seed: 1, faults: Vec::new() };
+        let mission = Mission {
+            brief: brief.clone(),
+            terrain: terrain.clone(),
+            seed: 1,
+            dynamics: Default::default(),
+            faults: Vec::new(),
+        };
         let state = *Arbiter::new(mission, None, Pace::Max, 0, NOW).state();
         let mut observation = Observation::unseen(&brief, ROBOT);
         observation.fold(&brief, &terrain, state.pose, Decision(0));

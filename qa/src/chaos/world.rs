@@ -90,8 +90,7 @@ impl World {
     /// # Errors
     /// If a planner does not suit its robot.
     pub fn fly(&self, seed: u64) -> Result<Undisturbed, Failure> {
-        let ResolvedScenario { brief, terrain, faults, .. } = self.resolved.clone();
-        let mission = Mission { brief, terrain, seed, faults };
+        let mission = Mission::of(&self.resolved, seed);
         let schedule = PlannerSchedule::of_robots(&self.planners);
         let flown =
             lockstep::fly(mission, &schedule, &mut || MonotonicNs(0), &mut |_| {}).map_err(Failure::run)?;

@@ -106,8 +106,7 @@ impl Draft {
             false => vec![self.planner],
             true => world.planners.iter().map(|name| name.unwrap_or(self.planner)).collect(),
         };
-        let ResolvedScenario { brief, terrain, faults, .. } = world;
-        Some((Mission { brief, terrain, seed: self.seed, faults }, planners))
+        Some((Mission::of(&world, self.seed), planners))
     }
 }
 

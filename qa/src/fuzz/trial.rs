@@ -3,7 +3,7 @@
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use contract::{Digest, MonotonicNs, Name, Record, RobotId, RobotSet};
-use hopper_sim::{Journal, JournalHeader, Mission};
+use hopper_sim::{Attachment, Journal, JournalHeader, Mission};
 use lockstep::PlannerSchedule;
 use serde::Serialize;
 use simulation::disk::Disk;
@@ -33,8 +33,8 @@ pub struct Flown {
     pub records: Vec<Record>,
     /// Digest of the last one; of the mission where there is none.
     pub digest: Digest,
-    /// The routes that were announced.
-    routes: Vec<contract::Route>,
+    /// What each of them names.
+    attachments: Vec<Option<Attachment>>,
 }
 
 /// A mission in which every promise held.
@@ -105,7 +105,8 @@ fn fly(mission: &Mission, schedule: &PlannerSchedule) -> Result<Flown, Broken> {
     };
     let flown = lockstep::fly(mission.clone(), schedule, &mut clock, &mut |record| records.push(*record))
         .map_err(|error| broken("every planner suits its robot", error.to_string()))?;
-    Ok(Flown { records, digest: flown.state.digest, routes: flown.routes })
+    let attachments = records.iter().map(|record| flown.attachment(record)).collect();
+    Ok(Flown { records, digest: flown.state.digest, attachments })
 }
 
 fn same(promise: &str, one: &Flown, other: &Flown) -> Result<(), Broken> {
@@ -125,21 +126,11 @@ fn same(promise: &str, one: &Flown, other: &Flown) -> Result<(), Broken> {
 fn journalled(mission: &Mission, flown: &Flown) -> Result<(), Broken> {
     let promise = "the journal of a mission can be resumed";
     let refused = |error: hopper_sim::JournalError| broken(promise, error.to_string());
-    let Mission { brief, seed, faults, .. } = mission;
-    let header =
-        JournalHeader { brief: brief.clone(), seed: *seed, resolved: String::new(), faults: faults.clone() };
+    let header = JournalHeader::untold(mission);
     let disk = Disk::default();
     let mut journal = Journal::create_on(disk.clone(), &header, false).map_err(refused)?;
-    for record in &flown.records {
-        let announced = match record.action {
-            contract::Action::Announce(id) => flown.routes.iter().find(|route| route.id() == id),
-            _ => None,
-        };
-        match announced {
-            Some(route) => journal.append_announced(record, route),
-            None => journal.append(record),
-        }
-        .map_err(refused)?;
+    for (record, attachment) in flown.records.iter().zip(&flown.attachments) {
+        journal.append(record, attachment.as_ref()).map_err(refused)?;
     }
     drop(journal);
     let journal = Journal::resume_on(disk, &header, &mission.terrain, false).map_err(refused)?;

@@ -29,8 +29,7 @@ impl Flight {
         if let Some([safety, information]) = weights {
             brief.weights = Weights { safety, information, ..brief.weights };
         }
-        let mission =
-            Mission { brief: brief.clone(), terrain: world.terrain.clone(), seed: SEED, faults: Vec::new() };
+        let mission = Mission { brief: brief.clone(), ..Mission::of(&world, SEED) };
         let schedule = PlannerSchedule::single(planner.parse().map_err(Failure::usage)?);
         let mut route = Vec::new();
         lockstep::fly(mission, &schedule, &mut || MonotonicNs(0), &mut |record| route.push(*record))

@@ -2,6 +2,7 @@
 
 pub mod command;
 pub mod control;
+pub mod detail;
 pub mod heartbeat;
 pub mod missing_peer;
 pub mod past;

@@ -4,8 +4,8 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest as _, Sha256};
 
 use crate::{
-    Action, Collected, Decision, Digest, Leader, MonotonicNs, Origin, Outcome, Pose, RobotId, RouteId, RunId,
-    State, Status, Timing, Vetoed,
+    Action, Collected, Decision, DetailId, Digest, Leader, MonotonicNs, Origin, Outcome, Pose, RobotId,
+    RouteId, RunId, State, Status, Timing, Vetoed,
 };
 
 /// A decision that was executed, as the journal keeps it and `hop/past` serves it.
@@ -33,6 +33,9 @@ pub struct Record {
     pub outcome: Outcome,
     /// Pose afterwards.
     pub pose: Pose,
+    /// What the motion model tells beyond the outcome. Journals hold the detail itself, behind the record.
+    #[serde(skip)]
+    pub detail: DetailId,
     /// Treasures collected so far, this landing's among them.
     pub collected: Collected,
     /// Goals visited so far, this landing's among them.
@@ -118,6 +121,9 @@ impl Digest {
         hasher.update(record.collected.0.to_le_bytes());
         if record.action.route() != 0 {
             hasher.update(record.action.route().to_le_bytes());
+        }
+        if !record.detail.is_none() {
+            hasher.update(record.detail.0);
         }
         // A link without a number is one of robot 0: so the links of a single hopper are as ever.
         if record.robot != RobotId(0) {

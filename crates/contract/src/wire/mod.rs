@@ -14,6 +14,7 @@ mod brief;
 mod command;
 mod control;
 mod declaration;
+mod detail;
 mod ground;
 mod heartbeat;
 mod map;
@@ -31,10 +32,11 @@ mod truth;
 pub use brief::{BriefV10, brief_from_wire};
 pub use command::CommandV3;
 pub use control::{ControlV1, TempoV1};
+pub use detail::{DetailPageV1, DetailRequestV1, PathPointV1, detail_page_from_wire};
 pub use ground::{GroundV2, seen_soil, soil_of_seen};
 pub use heartbeat::HeartbeatV2;
 pub use map::{MapPageV2, MapPatchV2, MapRequestV1, SeenCellV4, map_page_from_wire, patch_from_wire};
-pub use past::{PastHeaderV1, PastRequestV1, RecordV4, page_from_wire};
+pub use past::{PastHeaderV1, PastRequestV1, RecordV5, page_from_wire};
 pub use policy::{PolicyCellV1, PolicyHeaderV1, policy_from_wire};
 pub use prior::{PriorCellV1, PriorPageV1, PriorRequestV1, prior_page_from_wire};
 pub use robot::RobotV1;
@@ -54,9 +56,9 @@ use crate::limits::{CELL_SIZE_MIN_M, GRID_SIDE_MAX, LENGTH_MAX_M, TREASURES_MAX}
 use crate::message::Visitor;
 pub use crate::message::Wire;
 use crate::{
-    Action, Announcement, Branch, Brief, Cell, Command, Control, Flight, Grid, Heartbeat, Incarnation,
-    Leader, MapPatch, MapRequest, Name, Outcome, Pacing, PastRequest, Policy, Pose, PriorRequest, Refusal,
-    RouteRequest, State, Team, Term, TruthRequest,
+    Action, Announcement, Branch, Brief, Cell, Command, Control, DetailRequest, Flight, Grid, Heartbeat,
+    Incarnation, Leader, MapPatch, MapRequest, Name, Outcome, Pacing, PastRequest, Policy, Pose,
+    PriorRequest, Refusal, RouteRequest, State, Team, Term, TruthRequest,
 };
 use declaration::wire;
 
@@ -77,6 +79,7 @@ pub fn visit(visitor: &mut impl Visitor) {
     visitor.request::<MapRequest>();
     visitor.request::<PriorRequest>();
     visitor.request::<RouteRequest>();
+    visitor.request::<DetailRequest>();
 }
 
 /// A side of a lattice, cells.

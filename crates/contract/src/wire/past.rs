@@ -11,8 +11,8 @@ use crate::codec::{
 use crate::limits::PAST_PAGE_RECORDS;
 use crate::message::{Request, RequestResponse};
 use crate::{
-    Collected, Decision, Digest, Leader, Origin, Outcome, PastPage, PastRequest, Pose, Record, Refusal,
-    Status, Vetoed,
+    Collected, Decision, DetailId, Digest, Leader, Origin, Outcome, PastPage, PastRequest, Pose, Record,
+    Refusal, Status, Vetoed,
 };
 
 wire! {
@@ -48,12 +48,12 @@ wire! {
     ///
     /// # Errors
     /// If it is too long, a record is malformed, or its decisions are not consecutive.
-    pub fn page_from_wire(records: &[RecordV4]);
+    pub fn page_from_wire(records: &[RecordV5]);
 }
 
 wire! {
     /// An executed decision.
-    pub struct RecordV4 = "hop.Record.v4", 352 bytes, refused as "record" {
+    pub struct RecordV5 = "hop.Record.v5", 384 bytes, refused as "record" {
         /// Its number.
         decision: u64 = COUNTED,
         /// Fingerprint of the map it was decided on.
@@ -91,6 +91,8 @@ wire! {
         previous: [u8; 32] = ANY,
         /// Digest after.
         digest: [u8; 32] = ANY,
+        /// SHA-256 over what the motion model tells beyond the outcome; zero for nothing.
+        detail: [u8; 32] = ANY,
         /// Fingerprint of the route that was announced; 0 for none.
         route: u64 = by_hand("not zero with `action` 13, else 0"),
     }
@@ -106,6 +108,7 @@ wire! {
         cut,
         outcome,
         pose,
+        detail: DetailId(detail),
         collected: Collected(collected),
         steps,
         visits,
@@ -123,7 +126,7 @@ wire! {
 }
 
 /// Records of consecutive decisions, the first of which is `from`.
-fn records_from_wire(from: u64, records: &[RecordV4]) -> Result<Vec<Record>, Refusal> {
+fn records_from_wire(from: u64, records: &[RecordV5]) -> Result<Vec<Record>, Refusal> {
     if records.len() > PAST_PAGE_RECORDS {
         let need = format!("at most {PAST_PAGE_RECORDS}");
         return Err(Refusal::malformed("past.records", &need, records.len()));
@@ -139,7 +142,7 @@ fn records_from_wire(from: u64, records: &[RecordV4]) -> Result<Vec<Record>, Ref
 
 fixed_payload!(PastRequest => PastRequestV1);
 
-slice_payload!(PastPage => PastHeaderV1, RecordV4, records, page_from_wire);
+slice_payload!(PastPage => PastHeaderV1, RecordV5, records, page_from_wire);
 
 /// The journal's public projection.
 impl Request for PastRequest {

@@ -11,7 +11,9 @@ use crate::block::InBlock;
 use crate::limits::TREASURES_MAX;
 use crate::message::{Message, Request};
 use crate::mission::kind::KindInBlock;
-use crate::{Account, Body, Goal, Ground, Member, PolicyCell, PriorCell, Record, Robot, SeenCell, Sensor};
+use crate::{
+    Account, Body, Goal, Ground, Member, PathPoint, PolicyCell, PriorCell, Record, Robot, SeenCell, Sensor,
+};
 
 /// A wire type by what its declaration says.
 struct Described {
@@ -201,9 +203,11 @@ fn every_field_is_accepted_just_inside_of_its_range_and_refused_just_outside() {
     fixed::<_, PastRequest>(&[lowest::<PastRequestV1>()]);
     fixed::<_, PriorRequest>(&[lowest::<PriorRequestV1>()]);
     fixed::<_, RouteRequest>(&[lowest::<RouteRequestV1>()]);
+    fixed::<_, DetailRequest>(&[lowest::<DetailRequestV1>()]);
+    fixed::<_, PathPoint>(&[lowest::<PathPointV1>()]);
     fixed::<_, TruthRequest>(&[lowest::<TruthRequestV1>()]);
     fixed::<_, State>(&[StateV4 { last: lowest(), ..lowest() }]);
-    fixed::<_, Record>(&[RecordV4 { outcome: lowest(), ..lowest() }]);
+    fixed::<_, Record>(&[RecordV5 { outcome: lowest(), ..lowest() }]);
     fixed::<_, PriorCell>(&[PriorCellV1 { probabilities: [1.0, 0.0, 0.0, 0.0], ..lowest() }]);
     let [handover, pace] = [5, 4].map(|order| ControlV1 { order, pace: 3, ..lowest() });
     fixed::<_, Control>(&[handover, pace]);
@@ -219,6 +223,7 @@ fn every_field_is_accepted_just_inside_of_its_range_and_refused_just_outside() {
     header(lowest::<PolicyHeaderV1>(), |wire| policy_from_wire(wire, &[]));
     header(lowest::<AnnouncementV1>(), |wire| announcement_from_wire(wire, &[WaypointV1::zeroed()]));
     header(lowest::<RoutePageV1>(), |wire| route_page_from_wire(wire, &[WaypointV1::zeroed()]));
+    header(lowest::<DetailPageV1>(), |wire| detail_page_from_wire(wire, &[]));
     header(lowest::<WaypointV1>(), |wire| route_page_from_wire(&lowest(), &[*wire]));
     let rests = MemberV6 { halts: 0, halted: 0, travels: 0, ..lowest() };
     let stages = MemberV6 { halts: 1, halted: 1, travels: 1, ..lowest() };

@@ -229,6 +229,7 @@ pub fn record(decision: u64) -> Record {
         cut: false,
         outcome: outcome(),
         pose: Pose { cell: Cell::new(1, 0), height_m: 0.5 },
+        detail: contract::DetailId::NONE,
         collected: contract::Collected::default(),
         steps: 2,
         status: Status::Underway,

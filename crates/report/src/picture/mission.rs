@@ -439,5 +439,5 @@ fn draw_values(svg: &mut SvgWriter, frame: &Frame, tiles: &TileMap, layer: Layer
 }
 
 pub(super) fn is_slip(branch: Branch) -> bool {
-    matches!(branch, Branch::Left | Branch::Right)
+    matches!(branch, Branch::Left | Branch::Right | Branch::Elsewhere | Branch::RolledAway)
 }

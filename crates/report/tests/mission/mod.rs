@@ -131,6 +131,7 @@ pub fn records(brief: &Brief, steps: &[Step], swap: u64) -> Vec<Record> {
             cut: false,
             outcome: Outcome { branch, from, to: cell, flight: contract::Flight::default() },
             pose: Pose { cell, height_m: 0.1 * f64::from(cell.x) },
+            detail: contract::DetailId::NONE,
             collected: contract::Collected::default(),
             steps: steps + if action == Action::Hold { 1 } else { 2 },
             status,

@@ -1,7 +1,7 @@
 //! What the journal holds: decisions in order, under a chain of digests, commanded and executed as they have to be.
 
 use contract::{Action, Branch, Decision, Leader, Record, RunId, Team};
-use hopper_sim::dynamics::Execution;
+use hopper_sim::Execution;
 
 use super::{Checker, Sent};
 use crate::expected::next_digest;
@@ -31,8 +31,8 @@ impl Checker {
         self.require(chained, "the digest chain is intact", || format!("it breaks at decision {due}"));
         if !before.status.is_over() {
             let need = self.model.execute(&before, record.action);
-            let Record { robot, outcome, pose, collected, steps, visits, status, .. } = *record;
-            let got = Some((robot, Execution { outcome, pose, collected, steps, visits, status }));
+            let Record { robot, outcome, pose, detail, collected, steps, visits, status, .. } = *record;
+            let got = Some((robot, Execution { outcome, pose, detail, collected, steps, visits, status }));
             self.require(need == got, "the outcome depends on seed, robot and decision alone", || {
                 format!("decision {due} came out as {got:?}, needs {need:?}")
             });

@@ -1,7 +1,8 @@
 //! One robot as it should be after some decisions.
 
 use contract::{
-    Branch, Cell, Decision, Direction, Flight, Leader, Outcome, Robot, RouteId, Standing, Travel, Waypoint,
+    Branch, Cell, Decision, Detail, Direction, Flight, Leader, Outcome, Robot, RouteId, Standing, Travel,
+    Waypoint,
 };
 use hopper_sim::Mission;
 
@@ -39,6 +40,8 @@ pub(super) struct Actor {
     /// Stages that it has ended, and the decision by which it ended the last.
     pub halts: u32,
     pub halted: Option<Decision>,
+    /// What the motion model told of its last action, if it tells more than the outcome.
+    pub told: Option<Detail>,
 }
 
 impl Actor {
@@ -66,6 +69,7 @@ impl Actor {
             driven: vec![robot.start_at],
             halts: 0,
             halted: None,
+            told: None,
         }
     }
 
@@ -109,12 +113,14 @@ impl Actor {
 pub(super) struct Arrival {
     pub outcome: Outcome,
     pub at: Waypoint,
+    /// What the motion model tells beyond the outcome.
+    pub detail: Option<Detail>,
 }
 
 impl Arrival {
     /// The robot stays where it is.
     pub fn stays(actor: &Actor, branch: Branch, flight: Flight) -> Self {
         let outcome = Outcome { branch, from: actor.cell, to: actor.cell, flight };
-        Self { outcome, at: actor.at }
+        Self { outcome, at: actor.at, detail: actor.told.as_ref().map(Detail::at_rest) }
     }
 }

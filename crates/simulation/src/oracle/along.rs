@@ -42,7 +42,8 @@ pub(super) fn has_reached(oracle: &Oracle, number: usize, reach: &Reach) -> bool
 
 /// A robot has acted.
 pub(super) fn take(oracle: &mut Oracle, number: usize, decision: Decision, action: Action) {
-    let Arrival { outcome, at } = oracle.turns.actors[number].body().act(oracle, number, decision, action);
+    let Arrival { outcome, at, .. } =
+        oracle.turns.actors[number].body().act(oracle, number, decision, action);
     let has_failed = outcome.branch == Branch::Stranded && outcome.flight.range_m == 0.0;
     if !has_failed {
         look(oracle, number, action);

@@ -73,7 +73,7 @@ impl Turns {
         let actor = &mut self.actors[number];
         actor.cell = outcome.to;
         actor.actions += 1;
-        if outcome.branch == Branch::Stranded {
+        if matches!(outcome.branch, Branch::Stranded | Branch::RolledAway) {
             actor.standing = Standing::Stranded;
         } else if action == Action::Wait {
             (actor.waits, actor.waited) = (true, actor.waited + 1);

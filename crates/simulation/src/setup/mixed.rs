@@ -12,7 +12,9 @@ use scenario::Fault;
 use terrain::Terrain;
 
 use super::scouts::{GOOD_M, certain, read, region, region_at};
-use super::{BRIEF, HOPPER_PLANNERS, Missions, Seat, brief_of, ground, guard, heights, motion, team};
+use super::{
+    BRIEF, HOPPER_PLANNERS, Missions, Seat, brief_of, dynamics, ground, guard, heights, motion, team,
+};
 use crate::chance::Chance;
 
 /// Hops within which a hopper's goal is.
@@ -299,7 +301,7 @@ pub(super) fn mission(seed: u64, number: u64) -> Mission {
         }
     }
     brief.robots = team(&robots);
-    Mission { brief, terrain: terrain.into(), seed: chance.bits(), faults }
+    Mission { brief, terrain: terrain.into(), seed: chance.bits(), dynamics: dynamics(seed, number), faults }
 }
 
 /// How a hopper hops, and how far it sees.

@@ -1,7 +1,7 @@
 //! The journal of a simulation: opened, replaced by another one, and compared at the end with the undisturbed mission.
 
-use contract::{Action, Decision, Incarnation, Leader, MonotonicNs, Name, Record, Route};
-use hopper_sim::{Journal, JournalError, JournalHeader, JournalReader, Mission};
+use contract::{Decision, Incarnation, Leader, MonotonicNs, Name, Record};
+use hopper_sim::{Attachment, Journal, JournalHeader, JournalReader, Mission};
 use lockstep::PlannerSchedule;
 
 use super::Simulation;
@@ -19,13 +19,8 @@ impl Simulation<'_> {
     /// Opens the journal, or begins one; what cannot be opened for want of room is tried again.
     pub(super) fn open_journal(&mut self) -> Option<Journal<Disk>> {
         let world = &mut *self.world.borrow_mut();
-        let Mission { brief, terrain, seed, faults } = world.checker.mission();
-        let header = JournalHeader {
-            brief: brief.clone(),
-            seed: *seed,
-            resolved: String::new(),
-            faults: faults.clone(),
-        };
+        let mission = world.checker.mission();
+        let (header, terrain) = (JournalHeader::untold(mission), &mission.terrain);
         let (disk, sync) = (world.disk.clone(), world.setup.sync);
         let file = disk.clone();
         let fresh = disk.is_empty();
@@ -93,7 +88,10 @@ impl Simulation<'_> {
         }
         self.kill(0, Some(restart_ns), false);
         let Some(journal) = self.open_journal() else { return };
-        let routes = journal.routes().to_vec();
+        let mut attachments: Vec<_> = match journal.attached().collect::<Result<Vec<_>, _>>() {
+            Ok(attached) => attached.into_iter().map(|(_, attachment)| attachment).collect(),
+            Err(_) => return,
+        };
         drop(journal);
         let world = &mut *self.world.borrow_mut();
         if !can(world) || world.checker.records().is_empty() {
@@ -101,19 +99,18 @@ impl Simulation<'_> {
         }
         let held = world.checker.records().to_vec();
         let mut kept = held[..held.len().saturating_sub(records as usize)].to_vec();
+        attachments.truncate(kept.len());
         if let Some((planner, hops)) = elsewhere {
-            kept.extend(fly_elsewhere(world.checker.mission(), &kept, planner, hops));
+            let (flown, named) = fly_elsewhere(world.checker.mission(), &kept, planner, hops);
+            kept.extend(flown);
+            attachments.extend(named);
         }
-        let Mission { brief, seed, faults, .. } = world.checker.mission();
-        let header = JournalHeader {
-            brief: brief.clone(),
-            seed: *seed,
-            resolved: String::new(),
-            faults: faults.clone(),
-        };
+        let header = JournalHeader::untold(world.checker.mission());
         let elsewhere = Disk::default();
-        let written = Journal::create_on(elsewhere.clone(), &header, true)
-            .and_then(|mut journal| kept.iter().try_for_each(|record| append(&mut journal, record, &routes)));
+        let written = Journal::create_on(elsewhere.clone(), &header, true).and_then(|mut journal| {
+            let mut attached = kept.iter().zip(&attachments);
+            attached.try_for_each(|(record, attachment)| journal.append(record, attachment.as_ref()))
+        });
         written.expect("a disk that is not full takes everything");
         world.disk.restore(&elsewhere);
         world.lives.iter().for_each(|life| life.disturb_map(world.time_ns));
@@ -180,7 +177,12 @@ impl Simulation<'_> {
 }
 
 /// The hops that `planner` flies on from the journal that holds `kept`, as some other hopper-sim would have written them down.
-fn fly_elsewhere(mission: &Mission, kept: &[Record], planner: Name, hops: u64) -> Vec<Record> {
+fn fly_elsewhere(
+    mission: &Mission,
+    kept: &[Record],
+    planner: Name,
+    hops: u64,
+) -> (Vec<Record>, Vec<Option<Attachment>>) {
     let held = kept.last().map(|record| record.leader).unwrap_or_default();
     let from = Decision(kept.len() as u64);
     let leader = Leader {
@@ -189,7 +191,7 @@ fn fly_elsewhere(mission: &Mission, kept: &[Record], planner: Name, hops: u64) -
         pid: u32::MAX,
         planner,
     };
-    let Some(template) = kept.last() else { return Vec::new() };
+    let Some(template) = kept.last() else { return (Vec::new(), Vec::new()) };
     let next = Record { decision: from, leader, origin: contract::Origin::Planner, ..*template };
     let schedule =
         PlannerSchedule::from_records(kept.iter().chain([&next]).map(|record| Ok::<_, ()>(*record)))
@@ -201,14 +203,7 @@ fn fly_elsewhere(mission: &Mission, kept: &[Record], planner: Name, hops: u64) -
             flown.push(Record { leader, ..*record });
         }
     });
-    ended.map_or_else(|_| Vec::new(), |_| flown)
-}
-
-/// Appends a record, with the points of the route that it announces.
-fn append(journal: &mut Journal<Disk>, record: &Record, routes: &[Route]) -> Result<(), JournalError> {
-    let announced = routes.iter().find(|route| record.action == Action::Announce(route.id()));
-    match announced {
-        Some(route) => journal.append_announced(record, route),
-        None => journal.append(record),
-    }
+    let Ok(ended) = ended else { return (Vec::new(), Vec::new()) };
+    let named = flown.iter().map(|record| ended.attachment(record)).collect();
+    (flown, named)
 }

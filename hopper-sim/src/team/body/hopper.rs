@@ -1,14 +1,14 @@
-//! A hopper hops to one of four cells at a time, by the law of motion.
+//! A hopper hops to one of four cells at a time, by the motion model of the mission.
 //!
 //! What is too dangerous the guard vetoes. A hop that would stray onto another robot on the ground ends where it began, so that
 //! all landings are whole hops apart. A hopper that fails stays where it is.
 
-use contract::{Account, Action, Branch, Cell, Flight, Hopper, Outcome, Policy, Pose, Refusal, RobotId};
+use contract::{Account, Action, Branch, Cell, Detail, Hopper, Policy, Pose, Refusal, RobotId};
 use terrain::Terrain;
 
-use super::{Act, Body, Movement, waits};
+use super::{Act, Body, Movement, stays};
 use crate::Mission;
-use crate::dynamics::outcome_of_hop;
+use crate::dynamics::{Hop, Landing};
 use crate::guard::{Fallback, Guard};
 use crate::team::RobotTeam;
 
@@ -41,16 +41,23 @@ impl Body for Hopper {
     fn movement(&self, team: &RobotTeam, mission: &Mission, act: &Act) -> Movement {
         let Act { robot, decision, action, .. } = *act;
         let from = team.roster.entry(robot).at.cell;
-        Movement::InCells(if team.roster.fails_now(robot) {
-            Outcome { branch: Branch::Stranded, from, to: from, flight: Flight::default() }
-        } else if action == Action::Wait {
-            waits(team, robot)
-        } else {
-            let outcome = outcome_of_hop(mission, robot, decision, from, action);
-            match occupant(team, robot, outcome.to) {
-                Some(_) => Outcome { to: from, ..outcome },
-                None => outcome,
+        let direction = match action {
+            Action::Hop(direction) if !team.roster.fails_now(robot) => direction,
+            _ => {
+                let fails = team.roster.fails_now(robot);
+                let branch = if fails { Branch::Stranded } else { Branch::Held };
+                let detail = team.detail(robot).map(Detail::at_rest);
+                return Movement::InCells(Landing { outcome: stays(team, robot, branch), detail });
             }
+        };
+        let rest_m = team.detail(robot).map(|detail| detail.rest_m);
+        let hop = Hop { mission, robot, body: self, decision, from, rest_m, direction };
+        let landing = team.model.hop(&hop);
+        let is_taken = |cell| occupant(team, robot, cell).is_some();
+        Movement::InCells(if is_taken(landing.outcome.to) {
+            team.model.displaced(&hop, landing, &is_taken)
+        } else {
+            landing
         })
     }
 

@@ -1,12 +1,13 @@
 //! What each body may do, and what its actions come to.
 
 use ::rover::Drive;
-use contract::{Action, Branch, Flight, Origin, Outcome, Policy, Record, Refusal, RobotId, RouteId};
+use contract::{Action, Branch, Detail, Flight, Origin, Outcome, Policy, Record, Refusal, RobotId, RouteId};
 use terrain::Terrain;
 
 use super::RobotTeam;
 use super::travels::Arrival;
 use crate::Mission;
+use crate::dynamics::Landing;
 use crate::guard::Fallback;
 
 contract::rules! {
@@ -25,7 +26,7 @@ pub use super::roster::Act;
 #[derive(Clone, Debug)]
 pub enum Movement {
     /// Of a robot that goes from cell to cell.
-    InCells(Outcome),
+    InCells(Landing),
     /// Of one that goes from point to point, with the drive, if it was one.
     BetweenPoints(Arrival, Option<Drive>),
 }
@@ -35,8 +36,17 @@ impl Movement {
     #[must_use]
     pub fn outcome(&self) -> Outcome {
         match self {
-            Movement::InCells(outcome) => *outcome,
+            Movement::InCells(landing) => landing.outcome,
             Movement::BetweenPoints(arrival, _) => arrival.outcome,
+        }
+    }
+
+    /// What the motion model tells beyond that.
+    #[must_use]
+    pub fn detail(&self) -> Option<&Detail> {
+        match self {
+            Movement::InCells(landing) => landing.detail.as_ref(),
+            Movement::BetweenPoints(..) => None,
         }
     }
 }
@@ -53,7 +63,7 @@ pub trait Body {
     /// What an action of an earlier life has come to.
     fn recalled(&self, team: &RobotTeam, record: &Record) -> Movement {
         let _ = team;
-        Movement::InCells(record.outcome)
+        Movement::InCells(record.outcome.into())
     }
 
     /// What is done at the deadline: on along the route that was announced, if that may be, or nothing. `visits` are those of the
@@ -76,10 +86,10 @@ pub trait Body {
     }
 }
 
-/// What a robot that waits in its cell has come to: it takes no time.
-fn waits(team: &RobotTeam, robot: RobotId) -> Outcome {
+/// What a robot that stays in its cell has come to: it takes no time.
+fn stays(team: &RobotTeam, robot: RobotId, branch: Branch) -> Outcome {
     let from = team.roster.entry(robot).at.cell;
-    Outcome { branch: Branch::Held, from, to: from, flight: Flight::default() }
+    Outcome { branch, from, to: from, flight: Flight::default() }
 }
 
 /// Why a robot that goes from point to point shall not announce a route, if there is a reason.

@@ -7,7 +7,7 @@
 use contract::{Action, Branch, Cell, Direction, Flight, Outcome, Refusal, RobotId, Rover};
 use terrain::Terrain;
 
-use super::{Act, Body, Movement, waits};
+use super::{Act, Body, Movement, stays};
 use crate::Mission;
 use crate::team::RobotTeam;
 use crate::team::coverage::is_free;
@@ -41,12 +41,12 @@ impl Body for Rover {
     fn movement(&self, team: &RobotTeam, mission: &Mission, act: &Act) -> Movement {
         let Act { robot, action, .. } = *act;
         let from = team.roster.entry(robot).at.cell;
-        let stays = |branch| {
+        let stays_a_second = |branch| {
             let flight = Flight { flight_time_s: 1.0, flights: 1, ..Flight::default() };
             Outcome { branch, from, to: from, flight }
         };
-        Movement::InCells(match action {
-            _ if team.roster.fails_now(robot) => stays(Branch::Stranded),
+        let outcome = match action {
+            _ if team.roster.fails_now(robot) => stays_a_second(Branch::Stranded),
             Action::Step(direction) => {
                 let terrain = &mission.terrain;
                 let to = beside(from, direction);
@@ -56,9 +56,10 @@ impl Body for Rover {
                 let flight = Flight { range_m, rise_m, flight_time_s, flights: 1, ..Flight::default() };
                 Outcome { branch: Branch::Intended, from, to, flight }
             }
-            Action::Wait => waits(team, robot),
-            _ => stays(Branch::Held),
-        })
+            Action::Wait => stays(team, robot, Branch::Held),
+            _ => stays_a_second(Branch::Held),
+        };
+        Movement::InCells(outcome.into())
     }
 }
 

@@ -5,7 +5,7 @@ export const UNSEEN = 0xffffffff;
 /** Hops that are kept, as by the monitor; of a longer mission the last. */
 const HOPS_KEPT = 65536;
 
-const STRAY = new Set(["stayed", "left", "right"]);
+const STRAY = new Set(["stayed", "left", "right", "elsewhere", "rolled_away"]);
 
 /** Where a hop was aimed, in cells from its departure, by where it landed; null if it stayed or held. */
 function aim(branch, dx, dy) {

@@ -24,6 +24,12 @@ const SMALL_CELLS = 4096;
 const LOST_MS = 1500;
 const FULL_MS = 5000;
 
+/** What befell a stray hop. */
+const STRAYED = {
+  stayed: "stuck: the hop got nowhere", left: "stray hop, slipped to the left", right: "stray hop, slipped to the right",
+  elsewhere: "stray hop, came to rest on another cell", rolled_away: "the hopper did not come to rest",
+};
+
 /** Hops that follow each other faster are not shown in flight. */
 const FLIGHT_GAP_MS = 80;
 
@@ -343,7 +349,7 @@ function guarded(at) {
     const who = history.robotPrefix(robot);
     const events = [];
     if (vetoed) events.push({ decision, kind: "swap", text: `${who}the guard vetoes ${[...vetoed].map((letter) => (letter === "-" ? "to stand still" : ACTIONS[letter])).join(", ")}` });
-    if (stray) events.push({ decision: decision + 1, kind: "stray", text: `${who}${branch === "stayed" ? "stuck: the hop got nowhere" : `stray hop, slipped to the ${branch}`}` });
+    if (stray) events.push({ decision: decision + 1, kind: "stray", text: `${who}${STRAYED[branch]}` });
     if (totalUs > history.mission.budget_us) events.push({ decision, kind: "bad", text: `${who}budget missed: ${duration(totalUs)} of ${duration(history.mission.budget_us)}` });
     if (origin !== "planner") events.push({ decision, kind: "bad", text: `${who}no command in time: the fallback acts (${origin})` });
     return events;

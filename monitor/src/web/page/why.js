@@ -123,6 +123,8 @@ export class WhyView {
       case "right": return `${name}, but it slipped to the right${chance(3)}.`;
       case "stayed": return "It got stuck and stayed where it was.";
       case "held": return "It held its place.";
+      case "elsewhere": return `${name}, but it came to rest on another cell.`;
+      case "rolled_away": return `${name}, and it did not come to rest: it is lost.`;
       case "halted": return "It stopped on its way: the time of the stage was used up.";
       default: return "";
     }

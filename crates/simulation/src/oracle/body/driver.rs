@@ -47,7 +47,7 @@ impl Body for Driver {
         let (range_m, flight_time_s) = (drive.length_m, drive.duration_sol * SOL_HOURS * 3600.0);
         let flight = Flight { range_m, flight_time_s, flights: 1, ..Flight::default() };
         let to = oracle.uncertain.cell(at);
-        Arrival { outcome: Outcome { branch, from: actor.cell, to, flight }, at }
+        Arrival { outcome: Outcome { branch, from: actor.cell, to, flight }, at, detail: None }
     }
 
     fn seen_on_way(&self, oracle: &Oracle, number: usize, action: Action) -> Vec<usize> {

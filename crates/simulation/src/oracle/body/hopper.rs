@@ -7,10 +7,12 @@ use contract::{
 };
 use hopper_sim::Mission;
 use motion::{Domain, Draw};
+use scenario::Dynamics;
 
 use super::Body;
 use crate::oracle::Oracle;
 use crate::oracle::actor::Arrival;
+use crate::oracle::contact::Hopping;
 
 impl Body for Hopper {
     fn hops(&self) -> bool {
@@ -35,21 +37,32 @@ impl Body for Hopper {
     fn act(&self, oracle: &Oracle, number: usize, decision: Decision, action: Action) -> Arrival {
         let actor = &oracle.turns.actors[number];
         let from = actor.cell;
-        let Mission { brief, terrain, seed, .. } = &*oracle.mission;
+        let mission = &*oracle.mission;
+        let Mission { brief, terrain, seed, .. } = mission;
         if actor.fails() {
             return Arrival::stays(actor, Branch::Stranded, Flight::default());
         }
         let (Action::Hop(direction), Some(ground)) = (action, terrain.ground(from)) else {
             return Arrival::stays(actor, Branch::Held, Flight::default());
         };
-        let uniform = Draw::new(*seed, Domain::Motion, RobotId(number as u16), decision).uniform();
+        let robot = RobotId(number as u16);
+        if let Dynamics::Contact(rules) = &mission.dynamics {
+            let told = actor.told.as_ref();
+            let hopping = Hopping { mission, rules, robot, hopper: self, decision, from, told, direction };
+            let hop = hopping.hop();
+            let is_taken = |cell| oracle.is_occupied(number, cell);
+            let (outcome, detail) =
+                if is_taken(hop.0.to) { hopping.displaced(hop, is_taken) } else { hop };
+            return Arrival { outcome, at: actor.at, detail: Some(detail) };
+        }
+        let uniform = Draw::new(*seed, Domain::Motion, robot, decision).uniform();
         let branch = motion::transition(&self.motion, ground, direction).branch(uniform);
         let aim = terrain.ground(brief.grid.hop(from, direction));
         let rise_m = aim.map_or(0.0, |aim| aim.height_m - ground.height_m);
         let end = motion::landing(&brief.grid, from, direction, branch);
         let to = if oracle.is_occupied(number, end) { from } else { end };
         let flight = motion::flight(&self.motion, &brief.grid, ground.soil, rise_m);
-        Arrival { outcome: Outcome { branch, from, to, flight }, at: actor.at }
+        Arrival { outcome: Outcome { branch, from, to, flight }, at: actor.at, detail: None }
     }
 
     fn dangerous(&self, oracle: &Oracle, number: usize, known: &[Option<Ground>]) -> Vetoed {

@@ -35,7 +35,7 @@ impl Body for Rover {
         let flight_time_s = libm::hypot(range_m, rise_m) / self.speed_mps;
         let flight = Flight { range_m, rise_m, flight_time_s, flights: 1, ..Flight::default() };
         let outcome = Outcome { branch: Branch::Intended, from: actor.cell, to, flight };
-        Arrival { outcome, at: actor.at }
+        Arrival { outcome, at: actor.at, detail: None }
     }
 
     fn step_to(&self, from: Cell, action: Action) -> Option<Cell> {

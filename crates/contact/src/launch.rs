@@ -1,0 +1,130 @@
+//! The launch: its speed as trimmed by launch control, its errors, and what the foot holds.
+
+use nalgebra::Vector3;
+
+use crate::body::Body;
+use crate::bounds::{TRIM_ARCS_MAX, TRIM_EVALUATIONS, TRIM_IMPACTS_MAX, TRIM_TOLERANCE};
+use crate::hop::{End, Limits, Place};
+use crate::noise::Noise;
+use crate::plane::Plane;
+use crate::soil::Soil;
+use crate::surface::Surface;
+
+/// What launch control aims at.
+#[derive(Clone, Copy, Debug)]
+pub struct Aim {
+    /// Towards the target: (east, north), metres from the body.
+    pub target_m: [f64; 2],
+    /// Elevation above the horizontal, radians.
+    pub elevation_rad: f64,
+    /// Largest speed, m/s.
+    pub speed_max_mps: f64,
+}
+
+/// Standard deviations of a launch.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct LaunchErrors {
+    /// Of the speed, as a share of it.
+    pub speed: f64,
+    /// Of the azimuth, radians.
+    pub azimuth_rad: f64,
+    /// Of the elevation, radians.
+    pub elevation_rad: f64,
+}
+
+/// What launch control knows of the ground: a plane of one soil.
+#[derive(Clone, Copy, Debug)]
+pub struct Known {
+    /// (∂h/∂x, ∂h/∂y) where the body stands.
+    pub gradient: [f64; 2],
+    /// The soil there, as it is believed to be.
+    pub soil: Soil,
+}
+
+impl Aim {
+    fn distance_m(&self) -> f64 {
+        let [east, north] = self.target_m;
+        libm::sqrt(east * east + north * north)
+    }
+
+    /// The velocity of a launch at that speed, turned by so much.
+    #[must_use]
+    pub fn velocity(&self, speed_mps: f64, azimuth_rad: f64, elevation_rad: f64) -> Vector3<f64> {
+        let [east, north] = self.target_m;
+        let azimuth = libm::atan2(north, east) + azimuth_rad;
+        let elevation = self.elevation_rad + elevation_rad;
+        let level = libm::cos(elevation);
+        Vector3::new(level * libm::cos(azimuth), level * libm::sin(azimuth), libm::sin(elevation)) * speed_mps
+    }
+
+    /// The speed at which a hop without errors, on a plane without roughness, comes to rest at the target's distance, measured along
+    /// the aim; the largest speed where none does. On ground too steep to rest on, that of the first contact.
+    ///
+    /// Any end but rest counts as too far. The root of distance over v² is found by the Illinois method, between 0 and the largest speed,
+    /// with at most [`TRIM_EVALUATIONS`] hops.
+    #[must_use]
+    pub fn trimmed_mps(&self, body: &Body, gravity_mps2: f64, known: &Known) -> f64 {
+        let distance_m = self.distance_m();
+        if distance_m == 0.0 {
+            return 0.0;
+        }
+        let smooth = Soil { roughness_rad: 0.0, ..known.soil };
+        let plane = Plane::new(distance_m, known.gradient, smooth);
+        let middle_m = plane.middle_m();
+        let surface = Surface::new(plane);
+        let place = Place { surface: &surface, body, gravity_mps2, hop_m: distance_m };
+        let [east, north] = self.target_m.map(|metres| metres / distance_m);
+        let steep = libm::hypot(known.gradient[0], known.gradient[1]);
+        let limits = Limits {
+            impacts: TRIM_IMPACTS_MAX,
+            arcs: TRIM_ARCS_MAX,
+            to_first_contact: steep > smooth.rolling,
+        };
+        let from = Vector3::new(middle_m, middle_m, surface.height_m(middle_m, middle_m));
+        // How much too far a hop at that squared speed ends, metres.
+        let miss_m = |squared: f64| {
+            let launch = self.velocity(libm::sqrt(squared), 0.0, 0.0);
+            let Some(launched) = place.foothold(from, launch) else { return -distance_m };
+            let hop = place.hop_within(from, launched, &mut Noise::none(), &limits);
+            match hop.end {
+                End::Rest | End::Caught => {
+                    let gone = hop.position - from;
+                    gone.x * east + gone.y * north - distance_m
+                }
+                _ => distance_m,
+            }
+        };
+        let most = self.speed_max_mps * self.speed_max_mps;
+        let (mut low, mut low_miss) = (0.0, -distance_m);
+        let (mut high, mut high_miss) = (most, miss_m(most));
+        if high_miss <= 0.0 {
+            return self.speed_max_mps;
+        }
+        let mut best = (high_miss, most);
+        for _ in 1..TRIM_EVALUATIONS {
+            let middle = (low * high_miss - high * low_miss) / (high_miss - low_miss);
+            let miss = miss_m(middle);
+            if libm::fabs(miss) < libm::fabs(best.0) {
+                best = (miss, middle);
+            }
+            if libm::fabs(miss) <= TRIM_TOLERANCE * distance_m {
+                break;
+            }
+            // The end that stays counts half, so that both close in.
+            if miss > 0.0 {
+                (high, high_miss, low_miss) = (middle, miss, 0.5 * low_miss);
+            } else {
+                (low, low_miss, high_miss) = (middle, miss, 0.5 * high_miss);
+            }
+        }
+        libm::sqrt(best.1)
+    }
+
+    /// The launch at a trimmed speed with its errors, which take the numbers 0 to 2 of `noise`.
+    #[must_use]
+    pub fn launch(&self, trimmed_mps: f64, errors: &LaunchErrors, noise: &mut Noise) -> Vector3<f64> {
+        let [speed, azimuth, elevation] = [0, 1, 2].map(|index| noise.normal(index));
+        let speed_mps = (trimmed_mps * (1.0 + errors.speed * speed)).max(0.0);
+        self.velocity(speed_mps, errors.azimuth_rad * azimuth, errors.elevation_rad * elevation)
+    }
+}

@@ -1,0 +1,227 @@
+//! A body that flies, hits, bounces and rolls.
+
+use contract::Grid;
+#[cfg(test)]
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::Rules;
+use crate::ScenarioError;
+use crate::bounds::in_range;
+
+/// A sphere on two soils. What is left out is that of Mars, as `docs/dynamics.md` says.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(JsonSchema))]
+#[serde(deny_unknown_fields, default)]
+pub struct ContactRules {
+    /// Radius of the body, metres; at most half a cell, since the contact point is taken to lie on the ground.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub radius_m: Option<f64>,
+    /// Inertia of the body over m R²: 0.4 of a solid sphere, 2/3 of a shell.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub inertia: Option<f64>,
+    /// Largest launch speed, m/s; by default 1.35 times that of the design hop on the flat.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub speed_max_mps: Option<f64>,
+    /// Standard deviation of the launch speed, as a share of it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub speed_error: Option<f64>,
+    /// Standard deviation of the launch's azimuth, radians.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub azimuth_error_rad: Option<f64>,
+    /// Standard deviation of the launch's elevation, radians.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub elevation_error_rad: Option<f64>,
+    /// Hard ground.
+    #[serde(skip_serializing_if = "ContactSoilRules::is_empty")]
+    pub hard: ContactSoilRules,
+    /// Sand.
+    #[serde(skip_serializing_if = "ContactSoilRules::is_empty")]
+    pub sand: ContactSoilRules,
+    /// What launch control believes of hard ground that is not so.
+    #[serde(skip_serializing_if = "ContactSoilRules::is_empty")]
+    pub nominal_hard: ContactSoilRules,
+    /// What launch control believes of sand that is not so.
+    #[serde(skip_serializing_if = "ContactSoilRules::is_empty")]
+    pub nominal_sand: ContactSoilRules,
+}
+
+/// How a soil takes a body. What is left out is as it is otherwise.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(JsonSchema))]
+#[serde(deny_unknown_fields, default)]
+pub struct ContactSoilRules {
+    /// Normal restitution e₀, 0 to 1.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub restitution: Option<f64>,
+    /// Impact speed v_e beyond which restitution falls, m/s.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub restitution_speed_mps: Option<f64>,
+    /// Gravity g_e at which restitution has fallen to a half, m/s².
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub restitution_gravity_mps2: Option<f64>,
+    /// Coulomb friction μ of an impact.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub friction: Option<f64>,
+    /// Rolling resistance c: the tangent of the steepest slope on which the body rests.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rolling: Option<f64>,
+    /// Grip of the foot at a launch.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub foot: Option<f64>,
+    /// Standard deviation of the normal at an impact, radians.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub roughness_rad: Option<f64>,
+}
+
+/// All parameters of the contact model.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ContactParameters {
+    /// Radius of the body, metres.
+    pub radius_m: f64,
+    /// Inertia of the body over m R².
+    pub inertia: f64,
+    /// Largest launch speed, m/s; `None` for 1.35 times that of the design hop.
+    pub speed_max_mps: Option<f64>,
+    /// Standard deviations of a launch: speed as a share of it, azimuth and elevation, radians.
+    pub launch_errors: [f64; 3],
+    /// Hard ground, and sand.
+    pub soils: [ContactSoil; 2],
+    /// Hard ground and sand, as launch control believes them to be.
+    pub nominal: [ContactSoil; 2],
+}
+
+/// How a soil takes a body: see [`ContactSoilRules`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[allow(missing_docs, reason = "as those of the rules")]
+pub struct ContactSoil {
+    pub restitution: f64,
+    pub restitution_speed_mps: f64,
+    pub restitution_gravity_mps2: f64,
+    pub friction: f64,
+    pub rolling: f64,
+    pub foot: f64,
+    pub roughness_rad: f64,
+}
+
+/// Hard ground of Mars.
+const HARD: ContactSoil = ContactSoil {
+    restitution: 0.35,
+    restitution_speed_mps: f64::INFINITY,
+    restitution_gravity_mps2: f64::INFINITY,
+    friction: 0.6,
+    rolling: 0.577,
+    foot: 1.2,
+    roughness_rad: 0.15,
+};
+
+/// Sand of Mars: no rebound, and no foothold at 45°.
+const SAND: ContactSoil =
+    ContactSoil { restitution: 0.0, rolling: 0.7, foot: 0.7, roughness_rad: 0.05, ..HARD };
+
+impl ContactRules {
+    /// All parameters, with what is left out.
+    #[must_use]
+    pub fn parameters(&self) -> ContactParameters {
+        let soils = [self.hard.over(HARD), self.sand.over(SAND)];
+        ContactParameters {
+            radius_m: self.radius_m.unwrap_or(0.1),
+            inertia: self.inertia.unwrap_or(0.4),
+            speed_max_mps: self.speed_max_mps,
+            launch_errors: [
+                self.speed_error.unwrap_or(0.1),
+                self.azimuth_error_rad.unwrap_or(0.15),
+                self.elevation_error_rad.unwrap_or(0.03),
+            ],
+            soils,
+            nominal: [self.nominal_hard.over(soils[0]), self.nominal_sand.over(soils[1])],
+        }
+    }
+}
+
+impl ContactSoilRules {
+    fn is_empty(&self) -> bool {
+        *self == Self::default()
+    }
+
+    /// The soil, with what is left out of `base`.
+    fn over(&self, base: ContactSoil) -> ContactSoil {
+        ContactSoil {
+            restitution: self.restitution.unwrap_or(base.restitution),
+            restitution_speed_mps: self.restitution_speed_mps.unwrap_or(base.restitution_speed_mps),
+            restitution_gravity_mps2: self.restitution_gravity_mps2.unwrap_or(base.restitution_gravity_mps2),
+            friction: self.friction.unwrap_or(base.friction),
+            rolling: self.rolling.unwrap_or(base.rolling),
+            foot: self.foot.unwrap_or(base.foot),
+            roughness_rad: self.roughness_rad.unwrap_or(base.roughness_rad),
+        }
+    }
+}
+
+/// Names of the fields of a soil, in the order of [`values`].
+macro_rules! soil_fields {
+    ($soil:literal) => {
+        [
+            concat!("truth.dynamics.", $soil, ".restitution"),
+            concat!("truth.dynamics.", $soil, ".restitution_speed_mps"),
+            concat!("truth.dynamics.", $soil, ".restitution_gravity_mps2"),
+            concat!("truth.dynamics.", $soil, ".friction"),
+            concat!("truth.dynamics.", $soil, ".rolling"),
+            concat!("truth.dynamics.", $soil, ".foot"),
+            concat!("truth.dynamics.", $soil, ".roughness_rad"),
+        ]
+    };
+}
+
+/// What the fields of a soil need to be.
+const SOIL_RANGES: [(f64, f64, &str); 7] = [
+    (0.0, 1.0, "0 to 1"),
+    (1e-9, f64::INFINITY, "a speed of at least 1e-9 m/s"),
+    (1e-9, f64::INFINITY, "a gravity of at least 1e-9 m/s²"),
+    (0.0, 100.0, "0 to 100"),
+    (1e-6, 100.0, "0.000001 to 100"),
+    (0.0, 100.0, "0 to 100"),
+    (0.0, 0.5, "0 to 0.5 rad"),
+];
+
+fn values(soil: &ContactSoil) -> [f64; 7] {
+    let ContactSoil { restitution, restitution_speed_mps, restitution_gravity_mps2, .. } = *soil;
+    let ContactSoil { friction, rolling, foot, roughness_rad, .. } = *soil;
+    [
+        restitution,
+        restitution_speed_mps,
+        restitution_gravity_mps2,
+        friction,
+        rolling,
+        foot,
+        roughness_rad,
+    ]
+}
+
+impl Rules for ContactRules {
+    fn check(&self, grid: &Grid) -> Result<(), ScenarioError> {
+        let all = self.parameters();
+        let radius = "above 0 and at most half the edge of a cell, since the contact point is taken to lie on the ground";
+        in_range("truth.dynamics.radius_m", all.radius_m, 1e-6..=grid.cell_size_m / 2.0, radius)?;
+        in_range("truth.dynamics.inertia", all.inertia, 1e-3..=1.0, "0.001 to 1")?;
+        let speed_mps = all.speed_max_mps.unwrap_or(1.0);
+        in_range("truth.dynamics.speed_max_mps", speed_mps, 1e-9..=1e3, "a speed above 0, at most 1000 m/s")?;
+        let [speed, azimuth, elevation] = all.launch_errors;
+        in_range("truth.dynamics.speed_error", speed, 0.0..=1.0, "0 to 1")?;
+        in_range("truth.dynamics.azimuth_error_rad", azimuth, 0.0..=1.0, "0 to 1 rad")?;
+        in_range("truth.dynamics.elevation_error_rad", elevation, 0.0..=1.0, "0 to 1 rad")?;
+        let [hard, sand] = &all.soils;
+        let [nominal_hard, nominal_sand] = &all.nominal;
+        for (fields, soil) in [
+            (soil_fields!("hard"), hard),
+            (soil_fields!("sand"), sand),
+            (soil_fields!("nominal_hard"), nominal_hard),
+            (soil_fields!("nominal_sand"), nominal_sand),
+        ] {
+            for ((field, value), (min, max, need)) in fields.into_iter().zip(values(soil)).zip(SOIL_RANGES) {
+                in_range(field, value, min..=max, need)?;
+            }
+        }
+        Ok(())
+    }
+}

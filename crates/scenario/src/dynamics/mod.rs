@@ -1,0 +1,69 @@
+//! Section `[truth.dynamics]`: where a hop ends in truth, one file a motion model.
+
+use contract::{Grid, MotionModel};
+#[cfg(test)]
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::ScenarioError;
+
+/// What can be asked of the fields of any model.
+trait Rules {
+    /// Checks them for hops on a lattice.
+    fn check(&self, grid: &Grid) -> Result<(), ScenarioError> {
+        let _ = grid;
+        Ok(())
+    }
+}
+
+/// Declares the models, one line each: its module, its variant with its fields, and what it is.
+macro_rules! models {
+    ($($module:ident => $model:ident($rules:ident), $what:literal;)+) => {
+        $(mod $module;)+
+        $(pub use self::$module::*;)+
+
+        /// Where a hop ends, by a motion model.
+        #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+        #[cfg_attr(test, derive(JsonSchema))]
+        #[serde(tag = "model", rename_all = "snake_case")]
+        pub enum Dynamics {
+            $(#[doc = $what] $model($rules),)+
+        }
+
+        impl Dynamics {
+            /// Which model it is.
+            #[must_use]
+            pub fn model(&self) -> MotionModel {
+                match self {
+                    $(Self::$model(_) => MotionModel::$model,)+
+                }
+            }
+
+            /// Checks its fields for hops on a lattice.
+            pub(crate) fn check(&self, grid: &Grid) -> Result<(), ScenarioError> {
+                match self {
+                    $(Self::$model(rules) => rules.check(grid),)+
+                }
+            }
+        }
+    };
+}
+
+models! {
+    law => Law(LawRules), "One of the four branches of P23 is drawn.";
+    contact => Contact(ContactRules), "The body flies, hits, bounces and rolls until it rests.";
+}
+
+impl Dynamics {
+    /// Whether it is the law of the papers, which a scenario need not name.
+    #[must_use]
+    pub fn is_law(&self) -> bool {
+        matches!(self, Self::Law(_))
+    }
+}
+
+impl Default for Dynamics {
+    fn default() -> Self {
+        Self::Law(LawRules::default())
+    }
+}

@@ -1,0 +1,76 @@
+//! Where a hop ends, and by which way: one file a motion model.
+//!
+//! A model answers one question: from a rest position on the true ground, with an aim and keyed random numbers, where does the body come
+//! to rest? What planners believe of that is in the brief, and may be wrong.
+
+mod contact;
+mod law;
+
+use std::fmt::Debug;
+use std::sync::Arc;
+
+use contract::{Cell, Decision, Detail, Direction, Hopper, Outcome, RobotId};
+use scenario::Dynamics;
+use terrain::Terrain;
+
+use crate::Mission;
+
+/// The model of a mission, one line each.
+#[must_use]
+pub(crate) fn of(mission: &Mission) -> Arc<dyn MotionModel> {
+    match &mission.dynamics {
+        Dynamics::Law(_) => Arc::new(law::Law),
+        Dynamics::Contact(rules) => Arc::new(contact::Contact::new(mission, rules)),
+    }
+}
+
+/// A hop to be made.
+#[derive(Clone, Copy, Debug)]
+pub struct Hop<'a> {
+    /// The mission, with its true ground and the seed of its draws.
+    pub mission: &'a Mission,
+    /// Who hops.
+    pub robot: RobotId,
+    /// Its body.
+    pub body: &'a Hopper,
+    /// The decision, by which random numbers are keyed.
+    pub decision: Decision,
+    /// Cell of departure.
+    pub from: Cell,
+    /// Where in it the body rests, (east, north, up), metres; `None` for the middle of the cell.
+    pub rest_m: Option<[f64; 3]>,
+    /// Where it aims.
+    pub direction: Direction,
+}
+
+/// Where a hop ends.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Landing {
+    /// What became of it.
+    pub outcome: Outcome,
+    /// What the model tells beyond that.
+    pub detail: Option<Detail>,
+}
+
+impl From<Outcome> for Landing {
+    fn from(outcome: Outcome) -> Self {
+        Self { outcome, detail: None }
+    }
+}
+
+/// A motion model.
+pub trait MotionModel: Debug + Send + Sync {
+    /// What becomes of a hop.
+    fn hop(&self, hop: &Hop<'_>) -> Landing;
+
+    /// As `hop`, which would have ended on a cell that another robot takes up.
+    fn displaced(&self, hop: &Hop<'_>, landing: Landing, is_taken: &dyn Fn(Cell) -> bool) -> Landing {
+        let _ = is_taken;
+        Landing { outcome: Outcome { to: hop.from, ..landing.outcome }, ..landing }
+    }
+}
+
+/// Height of the ground at `cell`, metres; that of `other` outside of the map.
+fn height_m(terrain: &Terrain, cell: Cell, other: Cell) -> f64 {
+    terrain.ground(cell).or_else(|| terrain.ground(other)).map_or(0.0, |ground| ground.height_m)
+}
