@@ -17,6 +17,7 @@ mod campaign;
 mod chaos;
 mod clairvoyant;
 mod compatibility;
+mod detached;
 mod elevation;
 mod exhaustion;
 mod first_day;
@@ -44,6 +45,7 @@ mod rovers;
 mod scouts;
 mod stopped;
 mod structure;
+
 mod system;
 mod takeover;
 mod tampering;

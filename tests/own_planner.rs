@@ -54,6 +54,9 @@ fn start(mission: &Mission) -> Process {
 /// mission.
 #[test]
 fn a_crate_outside_the_workspace_is_a_planner_process() {
+    if suites::is_left_out("own planner") {
+        return;
+    }
     let lines = std::fs::read_to_string(root().join("templates/planner-rust/src/main.rs")).unwrap();
     assert!(lines.lines().count() <= 40);
     let fly = |kills: bool| {

@@ -4,7 +4,7 @@ use std::io::{ErrorKind, Read, Write};
 use std::os::fd::{AsFd, BorrowedFd};
 use std::os::unix::net::UnixStream;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use std::sync::{Arc, Once};
+use std::sync::{Arc, OnceLock};
 use std::time::Duration;
 
 use iceoryx2_bb_posix::signal::SignalHandler;
@@ -19,7 +19,7 @@ use crate::error::NodeError;
 /// Why a process is asked to end its work loop.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StopReason {
-    /// SIGINT, SIGTERM or SIGHUP.
+    /// SIGINT, SIGTERM, or SIGHUP unless it was ignored when the process began, as under `nohup`.
     Signal,
     /// Standard input closed: the parent that held its other end is gone.
     LifelineClosed,
@@ -43,18 +43,19 @@ pub struct ShutdownSignal {
 }
 
 impl ShutdownSignal {
-    /// Starts to watch for SIGINT, SIGTERM and SIGHUP, which no longer end the process.
+    /// Starts to watch for SIGINT, SIGTERM and SIGHUP, which no longer end the process. A SIGHUP that was ignored when the process began,
+    /// as under `nohup`, stays ignored, for its children too.
     ///
     /// # Errors
     /// If the operating system refuses.
     pub fn new() -> Result<Self, NodeError> {
         let system = |error| NodeError::system("watch", "signals".as_ref(), error);
-        restore_signals().map_err(system)?;
+        let hangs_up = restore_signals().map_err(system)?;
         let (notified, notifier) = UnixStream::pair().map_err(system)?;
         notified.set_nonblocking(true).map_err(system)?;
         let reason = Arc::new(AtomicUsize::new(0));
         let mut shutdown = Self { reason, notified, notifier, hooks: Vec::new() };
-        for signal in [SIGINT, SIGTERM, SIGHUP] {
+        for signal in [SIGINT, SIGTERM].into_iter().chain(hangs_up.then_some(SIGHUP)) {
             let reason = Arc::clone(&shutdown.reason);
             shutdown.hooks.push(signal_hook::flag::register_usize(signal, reason, SIGNAL).map_err(system)?);
             let notifier = shutdown.notifier.try_clone().map_err(system)?;
@@ -139,20 +140,32 @@ fn wait_for_end(input: &mut impl Read) {
 ///
 /// SIGXFSZ is ignored: a file that may not grow is a full disk, an error of the write rather than the death of the
 /// process.
-fn restore_signals() -> std::io::Result<()> {
-    static ONCE: Once = Once::new();
-    let mut result = Ok(());
-    ONCE.call_once(|| {
+///
+/// Whether a hangup shall end the process.
+fn restore_signals() -> std::io::Result<bool> {
+    static HANGS_UP: OnceLock<Result<bool, ErrorKind>> = OnceLock::new();
+    let restored = HANGS_UP.get_or_init(|| {
+        let hangs_up = !is_ignored(SIGHUP);
         let _ = SignalHandler::last_signal();
+        if !hangs_up {
+            // SAFETY: no handler is installed, so nothing of this program runs when the signal comes.
+            unsafe { libc::signal(SIGHUP, libc::SIG_IGN) };
+        }
         for signal in [SIGQUIT, SIGTSTP, SIGTTIN, SIGTTOU, SIGUSR1] {
             let always = Arc::new(AtomicBool::new(true));
-            if let Err(error) = signal_hook::flag::register_conditional_default(signal, always) {
-                result = Err(error);
-            }
+            signal_hook::flag::register_conditional_default(signal, always).map_err(|error| error.kind())?;
         }
-        if let Err(error) = signal_hook::flag::register(SIGXFSZ, Arc::new(AtomicBool::new(false))) {
-            result = Err(error);
-        }
+        let never = Arc::new(AtomicBool::new(false));
+        signal_hook::flag::register(SIGXFSZ, never).map_err(|error| error.kind())?;
+        Ok(hangs_up)
     });
-    result
+    restored.map_err(Into::into)
+}
+
+/// Whether the process ignores a signal, which it has from its parent before it handles any.
+fn is_ignored(signal: i32) -> bool {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+    let mask = mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok());
+    mask.is_some_and(|mask| mask >> (signal - 1) & 1 == 1)
 }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 use std::io::{BufRead, BufReader, Write};
-use std::os::unix::process::ExitStatusExt;
+use std::os::unix::process::{CommandExt as _, ExitStatusExt};
 use std::path::Path;
 use std::process::{Child, ChildStdin, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
@@ -25,21 +25,37 @@ struct Helper {
 }
 
 impl Helper {
-    fn spawn(own: &Own, part: &str, crash: &str) -> Child {
-        Command::new(std::env::current_exe().unwrap())
-            .args(["--exact", "processes::helper", "--nocapture"])
-            .env(PART, part)
-            .env(INSTANCE, own.0.name())
-            .env("HOPPER_CRASH", crash)
-            .stdin(Stdio::piped())
-            .stdout(Stdio::piped())
-            .spawn()
-            .unwrap()
+    fn command(own: &Own, part: &str, crash: &str) -> Command {
+        let mut command = Command::new(std::env::current_exe().unwrap());
+        command.args(["--exact", "processes::helper", "--nocapture"]);
+        command.env(PART, part).env(INSTANCE, own.0.name()).env("HOPPER_CRASH", crash);
+        command
+    }
+
+    fn spawn(mut command: Command) -> Child {
+        command.stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().unwrap()
     }
 
     /// Starts it and waits until it is ready.
     fn start(own: &Own, part: &str, crash: &str) -> Self {
-        let mut child = Self::spawn(own, part, crash);
+        Self::started(Self::command(own, part, crash), part)
+    }
+
+    /// As [`Helper::start`], where a hangup has that effect in the beginning, whatever it has in these tests.
+    fn start_with_hangup(effect: libc::sighandler_t, own: &Own, part: &str) -> Self {
+        let mut command = Self::command(own, part, "");
+        let set = move || {
+            // SAFETY: the child has no handler.
+            unsafe { libc::signal(libc::SIGHUP, effect) };
+            Ok(())
+        };
+        // SAFETY: a system call, which allocates nothing.
+        unsafe { command.pre_exec(set) };
+        Self::started(command, part)
+    }
+
+    fn started(command: Command, part: &str) -> Self {
+        let mut child = Self::spawn(command);
         let stdin = child.stdin.take();
         let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();
         assert!(lines.any(|line| line.unwrap() == "ready"), "{part} does not get ready");
@@ -122,11 +138,26 @@ fn play(part: &str, instance: &Instance) -> Exit {
     Exit::Done
 }
 
+/// P-NOHUP: A process that was started with `nohup` outlives the end of its terminal.
+#[test]
+fn a_hangup_that_is_ignored_when_a_process_begins_does_not_end_it() {
+    let own = Own::new();
+    let mut helper = Helper::start_with_hangup(libc::SIG_IGN, &own, "loop");
+    for _ in 0..3 {
+        helper.signal(Signal::HUP);
+    }
+    std::thread::sleep(Duration::from_millis(100));
+    assert_eq!(helper.child.try_wait().unwrap(), None, "it lives on");
+    helper.signal(Signal::TERM);
+    assert_eq!(helper.end().0.code(), Some(130));
+    own.assert_gone();
+}
+
 #[test]
 fn a_signal_ends_even_a_long_sleep_at_once_and_nothing_is_left() {
     for signal in [Signal::INT, Signal::TERM, Signal::HUP] {
         let own = Own::new();
-        let mut helper = Helper::start(&own, "sleep", "");
+        let mut helper = Helper::start_with_hangup(libc::SIG_DFL, &own, "sleep");
         helper.signal(signal);
         let (status, took) = helper.end();
         assert_eq!(status.code(), Some(130), "{signal:?}");
@@ -218,7 +249,7 @@ fn the_dead_are_seen_and_freed_by_those_who_live() {
 fn whenever_a_process_is_killed_in_its_start_the_next_one_can_begin() {
     let own = Own::new();
     for round in 0..25 {
-        let mut child = Helper::spawn(&own, "claim", "");
+        let mut child = Helper::spawn(Helper::command(&own, "claim", ""));
         std::thread::sleep(Duration::from_micros(1000 + 997 * round));
         child.kill().unwrap();
         child.wait().unwrap();
@@ -227,7 +258,7 @@ fn whenever_a_process_is_killed_in_its_start_the_next_one_can_begin() {
         let mut peer = Node::join(&own.0, Role::Perception).unwrap();
         let mut reader = peer.reader::<State>(ROBOT, false).unwrap();
         for round in 0..25 {
-            let mut child = Helper::spawn(&own, "claim", "");
+            let mut child = Helper::spawn(Helper::command(&own, "claim", ""));
             std::thread::sleep(Duration::from_micros(1000 + 997 * round));
             child.kill().unwrap();
             child.wait().unwrap();
@@ -325,7 +356,7 @@ fn a_signal_ends_the_wait_for_who_stopped_while_joining() {
     {
         let _peer = Node::join(&own.0, Role::Perception).unwrap();
         let holder = Helper::start(&own, "lock creation.lock", "");
-        let mut waiting = Helper { child: Helper::spawn(&own, "wait", ""), stdin: None };
+        let mut waiting = Helper { child: Helper::spawn(Helper::command(&own, "wait", "")), stdin: None };
         let mut lines = BufReader::new(waiting.child.stdout.take().unwrap()).lines();
         assert!(lines.any(|line| line.unwrap() == "ready"));
         // The first may come before the wait has begun.

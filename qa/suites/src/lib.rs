@@ -11,6 +11,7 @@ use std::fmt::Write as _;
 use std::fs;
 use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
 use sha2::{Digest as _, Sha256};
 
@@ -21,29 +22,38 @@ pub struct Suite {
     pub name: &'static str,
     /// Files and folders, from the root of the repository.
     pub files: &'static [&'static str],
+    /// Packages that are not among the default members of the workspace: their tests are built and run by a test of the root.
+    pub packages: &'static [&'static str],
+}
+
+impl Suite {
+    /// Tests in packages that are built anyway.
+    const fn new(name: &'static str, files: &'static [&'static str]) -> Self {
+        Self { name, files, packages: &[] }
+    }
 }
 
 /// All of them.
-pub const SUITES: [Suite; 7] = [
-    Suite { name: "python", files: &["python", "tests/python.rs"] },
-    Suite { name: "site", files: &["tools/site", "crates/browser"] },
-    Suite { name: "page in a browser", files: &["monitor/src/web", "tests/web", "tests/web.rs"] },
-    Suite { name: "batch systems", files: &["tests/batch", "tests/batch.rs"] },
+pub const SUITES: [Suite; 12] = [
+    Suite::new("python", &["python", "tests/python.rs"]),
+    Suite::new("site", &["tools/site", "crates/browser"]),
+    Suite::new("page in a browser", &["monitor/src/web", "tests/web", "tests/web.rs"]),
+    Suite::new("batch systems", &["tests/batch", "tests/batch.rs"]),
+    Suite::new(
+        "endurance",
+        &["qa/src/chaos", "qa/src/chaos.rs", "qa/src/endure.rs", "qa/tests/chaos.rs", "qa/tests/endure.rs"],
+    ),
+    Suite::new("further seeds", &["crates/simulation", "qa/src/simulate.rs", "qa/tests/simulation.rs"]),
+    Suite::new("planted bugs", &["qa/planted", "qa/src/planted", "qa/tests/planted.rs"]),
+    Suite::new("guides that compile", &["tests/guides", "tests/guides.rs"]),
+    Suite::new("own planner", &["templates", "tests/own_planner.rs"]),
     Suite {
-        name: "endurance",
-        files: &[
-            "qa/src/chaos",
-            "qa/src/chaos.rs",
-            "qa/src/endure.rs",
-            "qa/tests/chaos.rs",
-            "qa/tests/endure.rs",
-        ],
+        name: "research",
+        files: &["research"],
+        packages: &["p19", "p21", "p22", "p23", "hopper-research"],
     },
-    Suite {
-        name: "further seeds",
-        files: &["crates/simulation", "qa/src/simulate.rs", "qa/tests/simulation.rs"],
-    },
-    Suite { name: "planted bugs", files: &["qa/planted", "qa/src/planted", "qa/tests/planted.rs"] },
+    Suite { name: "pictures", files: &["tools/figures"], packages: &["hopper-figures"] },
+    Suite { name: "schemas", files: &["qa/schemas", "crates/recording/proto"], packages: &["schemas"] },
 ];
 
 /// The root of the repository.
@@ -79,6 +89,27 @@ pub fn is_left_out(name: &str) -> bool {
         noted.expect("what was left out can be noted");
     }
     is_passed
+}
+
+/// Builds and runs the tests of a suite's packages, in the profile and the target folder of the tests that ask for it, unless they are
+/// to be left out.
+///
+/// # Panics
+/// If there is no such suite, or one of its tests fails.
+pub fn run_packages(name: &str) {
+    if is_left_out(name) {
+        return;
+    }
+    let suite = SUITES.iter().find(|suite| suite.name == name).expect("it was found before");
+    let test = std::env::current_exe().expect("a test knows its program");
+    let profile = test.ancestors().nth(2).expect("tests lie in a folder of the profile");
+    let mut cargo = Command::new(env!("CARGO"));
+    cargo.arg("test").args(suite.packages.iter().flat_map(|package| ["--package", package]));
+    cargo.args(["--quiet", "--target-dir"]).arg(profile.parent().expect("profiles lie in the target folder"));
+    cargo.args(profile.ends_with("release").then_some("--release")).current_dir(root());
+    let output = cargo.output().expect("cargo can be started");
+    let text = [output.stdout, output.stderr].map(|text| String::from_utf8_lossy(&text).into_owned());
+    assert!(output.status.success(), "{}", text.concat());
 }
 
 /// What `.ci/passed.tsv` says once all suites have passed.

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use prost::Message as _;
 
-const FOLDER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/proto");
+const FOLDER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../crates/recording/proto");
 
 /// P-BAG-SCHEMAS: The committed schemas match the `.proto` files.
 ///

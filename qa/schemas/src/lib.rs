@@ -1,0 +1,1 @@
+//! Nothing but tests: what compiles schemas, and the viewers' own messages, are built for them alone.
