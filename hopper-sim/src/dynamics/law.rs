@@ -2,12 +2,21 @@
 
 use contract::Outcome;
 use motion::{Domain, Draw};
+use scenario::LawRules;
 
 use super::{Hop, Landing, MotionModel, height_m};
+use crate::Mission;
 
 /// The law with the parameters of the body.
 #[derive(Debug)]
 pub struct Law;
+
+impl Law {
+    /// Its parameters are those of the body.
+    pub fn new(_: &Mission, _: &LawRules) -> Self {
+        Self
+    }
+}
 
 impl MotionModel for Law {
     /// The draw is keyed by (seed, domain, robot, decision) alone, so the same action at the same decision has the same outcome

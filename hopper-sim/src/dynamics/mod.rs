@@ -3,9 +3,6 @@
 //! A model answers one question: from a rest position on the true ground, with an aim and keyed random numbers, where does the body come
 //! to rest? What planners believe of that is in the brief, and may be wrong.
 
-mod contact;
-mod law;
-
 use std::fmt::Debug;
 use std::sync::Arc;
 
@@ -15,13 +12,24 @@ use terrain::Terrain;
 
 use crate::Mission;
 
-/// The model of a mission, one line each.
-#[must_use]
-pub(crate) fn of(mission: &Mission) -> Arc<dyn MotionModel> {
-    match &mission.dynamics {
-        Dynamics::Law(_) => Arc::new(law::Law),
-        Dynamics::Contact(rules) => Arc::new(contact::Contact::new(mission, rules)),
-    }
+/// Declares the models, one line each: the module, and the struct in it that is made of a mission and the fields of `[truth.dynamics]`.
+macro_rules! models {
+    ($($module:ident => $model:ident;)+) => {
+        $(mod $module;)+
+
+        /// The model of a mission.
+        #[must_use]
+        pub(crate) fn of(mission: &Mission) -> Arc<dyn MotionModel> {
+            match &mission.dynamics {
+                $(Dynamics::$model(rules) => Arc::new($module::$model::new(mission, rules)),)+
+            }
+        }
+    };
+}
+
+models! {
+    law => Law;
+    contact => Contact;
 }
 
 /// A hop to be made.
