@@ -6,10 +6,10 @@ fn the_tests_of_research_pass() {
     suites::run_packages("research");
 }
 
-/// Pictures of missions as pixels, animations and PDF.
+/// Pictures of missions as pixels, animations and PDF, and the manual of all commands.
 #[test]
-fn the_tests_of_pictures_pass() {
-    suites::run_packages("pictures");
+fn the_tests_of_pictures_and_manual_pass() {
+    suites::run_packages("pictures and manual");
 }
 
 /// What compiles schemas, and what reads them.

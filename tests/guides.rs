@@ -1,5 +1,5 @@
-//! The guides of ARCHITECTURE.md, followed on an example: a message, a planner, a layer of the map, a body, a sensor and a goal are added
-//! to a copy of the tree.
+//! The guides of ARCHITECTURE.md, followed on an example: a message, a planner, a layer of the map, a body, a sensor, a goal and a motion
+//! model are added to a copy of the tree.
 
 #[path = "guides/check.rs"]
 #[allow(dead_code, reason = "its main runs in the copy")]
@@ -45,6 +45,7 @@ const GUIDES: &[(&str, &str, usize)] = &[
     ("Add a body", "add-a-body", 11),
     ("Add a goal", "add-a-goal", 7),
     ("Add a sensor", "add-a-sensor", 7),
+    ("Add a motion model", "add-a-motion-model", 5),
 ];
 
 /// P-GUIDES.
@@ -92,6 +93,8 @@ fn what_is_added_is_one_line_in_each_list() {
         ("add-a-sensor", "crates/contract/src/mission/sensor/mod.rs", "+        sonar => Sonar(Sonar) = 6, "),
         ("add-a-sensor", "crates/simulation/src/sensor.rs", "+    sonar => Sonar,"),
         ("add-a-sensor", "crates/report/src/layers/mod.rs", "+    sonar => Sonar,"),
+        ("add-a-motion-model", "hopper-sim/src/dynamics/mod.rs", "+    gust => Gust;"),
+        ("add-a-motion-model", "crates/scenario/src/dynamics/mod.rs", "+    gust => Gust(GustRules), "),
     ] {
         let changed = changed(guide, list);
         assert!(changed.len() == 1 && changed[0].starts_with(line), "{list}: {changed:?}");
@@ -190,11 +193,11 @@ fn unoptimised(manifest: &str) -> String {
     kept.replacen(section, &(section.to_owned() + &lines), 1)
 }
 
-/// P-GUIDES: A message, a planner, a layer of the map, a body, a goal and a sensor that are added by
-/// the guides of ARCHITECTURE.md, in the files they name and no others, work: the message has port,
+/// P-GUIDES: A message, a planner, a layer of the map, a body, a goal, a sensor and a motion model that
+/// are added by the guides of ARCHITECTURE.md, in the files they name and no others, work: the message has port,
 /// memory budget, simulation and recording, the planner flies, page, picture and recording show the
-/// layer, the body reaches its goal and a hopper the new one, and what the sensor reports of cells is
-/// on the map, in messages and on a layer.
+/// layer, the body reaches its goal and a hopper the new one, what the sensor reports of cells is
+/// on the map, in messages and on a layer, and what the motion model tells of hops is journalled.
 // Long: a line for each claim.
 #[test]
 fn what_is_added_by_the_guides_works() {
@@ -268,6 +271,8 @@ fn what_is_added_by_the_guides_works() {
     assert!(check::climbed().unwrap_err().contains("summit"), "the tree itself has the goal");
     assert!(told.contains("climbed goal, higher neighbours: 0"), "{told}");
     assert!(check::sensing(6, 3.0).unwrap_err().contains("robot.sensor"), "it is in the tree itself");
+    assert!(check::blown().unwrap_err().contains("gust"), "it blows in the tree itself");
+    assert!(told.contains("blown goal, a gust for each hop: true, journalled: true"), "{told}");
     // Each cell was at most a metre from a rover at some time.
     for line in ["sonar flown goal", "sonar reported 170 to 255", "sonar share 1"] {
         assert!(told.lines().any(|told| told == line), "{line}: {told}");

@@ -5,7 +5,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use contract::{Brief, Profile, Record, Role, RunId};
+use contract::{Brief, MotionModel, Profile, Record, Role, RunId};
 use node::{Exit, Failure, Instance, Joining, MemoryBudget, Node};
 use process::{Ports as _, Terms, block_on};
 use report::{Process, Summary, SummaryBuilder};
@@ -29,6 +29,9 @@ pub struct MissionArgs {
     /// Reading of the model, instead of the scenario's: paper-2023 or hopper.
     #[arg(long, value_name = "NAME")]
     pub profile: Option<Profile>,
+    /// Where hops end in truth, instead of the scenario's: law, or contact.
+    #[arg(long, value_name = "MODEL")]
+    pub dynamics: Option<MotionModel>,
     /// Budget of one decision, landing to commit [default: the scenario's, 600ms].
     #[arg(long, value_parser = positive_duration, value_name = "DURATION", allow_hyphen_values = true)]
     pub budget: Option<Duration>,
@@ -54,7 +57,7 @@ impl MissionArgs {
     #[must_use]
     pub fn is_given(&self) -> bool {
         let of_ground = self.dem.is_some() || self.elevation.nodata.is_some();
-        self.scenario.is_some() || self.profile.is_some() || of_ground
+        self.scenario.is_some() || self.profile.is_some() || self.dynamics.is_some() || of_ground
     }
 
     /// The world of the mission.
@@ -78,6 +81,7 @@ impl MissionArgs {
         let dem = self.dem.as_deref().map(|dem| self.elevation.model(dem)).transpose()?;
         let overrides = Overrides {
             profile: self.profile,
+            dynamics: self.dynamics,
             decision_budget_ns: self.budget.map(nanoseconds),
             dem: dem.clone(),
             nodata: self.elevation.nodata().map(<[f64]>::to_vec),

@@ -4,7 +4,7 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use ::scenario::{BUILT_IN, Overrides, Scenario, ScenarioCheck, description, fitted_with, load};
-use contract::Profile;
+use contract::{MotionModel, Profile};
 use hopper_sim::elevation_args::ElevationArgs;
 use node::{Exit, Failure};
 use report::{Format, table};
@@ -63,6 +63,9 @@ pub struct Args {
     /// Profile of the model instead of the scenario's: paper-2023 or hopper.
     #[arg(long, value_name = "NAME")]
     profile: Option<Profile>,
+    /// Where hops end in truth, instead of the scenario's: law, or contact.
+    #[arg(long, value_name = "MODEL")]
+    dynamics: Option<MotionModel>,
     /// Elevation model instead of the scenario's.
     #[arg(long, value_name = "FILE")]
     dem: Option<PathBuf>,
@@ -90,6 +93,7 @@ pub fn run(command: &Command) -> Result<Exit, Failure> {
             let nodata = args.elevation.nodata();
             let overrides = Overrides {
                 profile: args.profile,
+                dynamics: args.dynamics,
                 dem: dem.clone(),
                 nodata: nodata.map(<[f64]>::to_vec),
                 ..Overrides::default()

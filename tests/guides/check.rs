@@ -1,4 +1,4 @@
-//! What a message, a planner, a layer, a body, a goal and a sensor that were added by the guides of ARCHITECTURE.md must be able to do.
+//! What a message, a planner, a layer, a body, a goal, a sensor and a motion model that were added by the guides of ARCHITECTURE.md must be able to do.
 //! `tests/guides.rs` compiles this against a copy of the tree with all of them added.
 
 #![allow(
@@ -16,9 +16,9 @@ use contract::{
     Account, Brief, Direction, Goal, Message, MonotonicNs, ObservedMap, Request, Robot, RobotId, RunId,
     SeenCell, Status,
 };
-use hopper_sim::Mission;
+use hopper_sim::{Attachment, Journal, JournalHeader, Mission};
 use lockstep::{Flown, PlannerSchedule};
-use scenario::{ResolvedScenario, Scenario, ScenarioError};
+use scenario::{Scenario, ScenarioError};
 
 /// A slider on the slope of a hollow, at whose lowest cell its goal is.
 const SLOPE: &str = r#"
@@ -88,14 +88,8 @@ pub fn recorded_as_json() -> Vec<String> {
 /// The first mission of a scenario.
 fn mission(scenario: Result<Scenario, ScenarioError>) -> Result<Mission, String> {
     let world = scenario.and_then(|scenario| scenario.resolve()).map_err(|error| error.to_string())?;
-    let ResolvedScenario { brief, terrain, .. } = world;
-    Ok(Mission {
-        brief: Brief { run: RunId(1), ..brief },
-        terrain,
-        seed: 1,
-        dynamics: Default::default(),
-        faults: Vec::new(),
-    })
+    let mission = Mission::of(&world, 1);
+    Ok(Mission { brief: Brief { run: RunId(1), ..mission.brief }, ..mission })
 }
 
 /// The first mission of a built-in scenario.
@@ -190,6 +184,39 @@ pub fn climbed() -> Result<String, String> {
     Ok(format!("{}, higher neighbours: {higher}", flown.state.status))
 }
 
+/// How a hopper ends whose hops are blown off the middle of their cells, whether the wind is told of each, and whether the journal that
+/// holds it can be resumed; or why it cannot fly.
+pub fn blown() -> Result<String, String> {
+    let text = "[truth.terrain.gaussians]\nwidth_cells = 9\nheight_cells = 9\ncell_size_m = 1.0\nsigma_m = 1.0\n\
+                amplitude_m = 0.1\n[truth.dynamics]\nmodel = \"gust\"\nstrength_mps = 0.5\n\
+                [brief]\nprofile = \"hopper\"\nstart = [1, 1]\ngoal = [7, 7]\n";
+    let world = Scenario::parse(text, "the wind").and_then(|scenario| scenario.resolve());
+    let mission = Mission::of(&world.map_err(|error| error.to_string())?, 1);
+    let crew = PlannerSchedule::single("mdp".parse().unwrap());
+    let mut records = Vec::new();
+    let flown =
+        lockstep::fly(mission.clone(), &crew, &mut || MonotonicNs(0), &mut |record| records.push(*record));
+    let flown = flown.map_err(|error| error.to_string())?;
+    let gust = |record| match flown.attachment(record) {
+        Some(Attachment::Detail(detail)) => {
+            detail.figures[0] != 0.0 && detail.model.figures() == ["gust_mps"]
+        }
+        _ => false,
+    };
+    let all = records.iter().all(gust);
+    let (disk, header) = (simulation::disk::Disk::default(), JournalHeader::untold(&mission));
+    let mut journal = Journal::create_on(disk.clone(), &header, false).map_err(|error| error.to_string())?;
+    for record in &records {
+        let attachment = flown.attachment(record);
+        journal.append(record, attachment.as_ref()).map_err(|error| error.to_string())?;
+    }
+    drop(journal);
+    let resumed =
+        Journal::resume_on(disk, &header, &mission.terrain, false).map_err(|error| error.to_string())?;
+    let journalled = resumed.len() == records.len() as u64;
+    Ok(format!("{}, a gust for each hop: {all}, journalled: {journalled}", flown.state.status))
+}
+
 /// The distinct numbers that sensors have reported of seen cells, and the share of these with one.
 pub fn reported(map: &ObservedMap) -> (BTreeSet<u8>, f64) {
     let seen = map.cells().iter().flatten();
@@ -223,6 +250,7 @@ pub fn main() {
     println!("flown {}", flown("beeline").unwrap_or_else(|why| why));
     println!("slid {}", slid().unwrap_or_else(|why| why));
     println!("climbed {}", climbed().unwrap_or_else(|why| why));
+    println!("blown {}", blown().unwrap_or_else(|why| why));
     let sonar = sensing(6, 3.0).unwrap();
     println!("sonar layers {}", layers(&sonar.brief).join(" "));
     println!("sonar layers in the picture {}", layers_in_the_picture(&sonar.brief).join(" "));

@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::spelling::did_you_mean;
+
 /// Most figures of a model.
 pub const FIGURES: usize = 6;
 
@@ -60,6 +62,18 @@ impl MotionModel {
     #[must_use]
     pub fn from_code(code: u32) -> Option<Self> {
         Self::ALL.iter().copied().find(|model| model.code() == code)
+    }
+}
+
+impl std::str::FromStr for MotionModel {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        Self::ALL.iter().copied().find(|model| model.name() == text).ok_or_else(|| {
+            let names: Vec<&str> = Self::ALL.iter().map(|model| model.name()).collect();
+            let meant = did_you_mean(text, names.iter().copied());
+            format!("a motion model is {}, got {text:?}{meant}", names.join(" or "))
+        })
     }
 }
 

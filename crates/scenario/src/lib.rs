@@ -42,7 +42,7 @@ mod warning;
 pub use built_in::{BUILT_IN, description, load};
 pub use check::ScenarioCheck;
 pub use difference::{Difference, difference, hashed_difference};
-pub use dynamics::{ContactParameters, ContactRules, ContactSoil, ContactSoilRules, Dynamics, LawRules};
+pub use dynamics::*;
 pub use error::ScenarioError;
 pub use fitted::{Fitted, fitted, fitted_to, fitted_with};
 pub use guard::GuardRules;
@@ -142,6 +142,11 @@ impl Scenario {
     pub fn with(mut self, overrides: &Overrides) -> Self {
         if let Some(profile) = overrides.profile {
             self.brief.profile = profile;
+        }
+        if let Some(model) = overrides.dynamics
+            && self.truth.dynamics.model() != model
+        {
+            self.truth.dynamics = Dynamics::of(model);
         }
         if let Some(budget_ns) = overrides.decision_budget_ns {
             self.limits.decision_budget_ms = budget_ns as f64 / 1e6;

@@ -2,13 +2,15 @@
 
 use std::path::PathBuf;
 
-use contract::Profile;
+use contract::{MotionModel, Profile};
 
 /// Command-line overrides, applied by [`crate::Scenario::with`].
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Overrides {
     /// Replaces `brief.profile`.
     pub profile: Option<Profile>,
+    /// Replaces `truth.dynamics` by the defaults of a model, unless it has that model already.
+    pub dynamics: Option<MotionModel>,
     /// Replaces `limits.decision_budget_ms`; nanoseconds.
     pub decision_budget_ns: Option<u64>,
     /// Replaces the elevation file; a relative path starts from the current folder.

@@ -68,6 +68,8 @@ pub(super) struct Audit {
     leaders: BTreeMap<RobotId, Leader>,
     /// The mission as the records so far leave it, if its ground is at hand.
     arbiter: Option<Box<Arbiter>>,
+    /// Whether hops end by the law of the papers.
+    is_law: bool,
     /// Of a hopper that is alone, where it is, its goals visited and its steps.
     alone: (Cell, u64, u64),
 }
@@ -95,6 +97,7 @@ impl Audit {
             status: arbiter.as_ref().map_or_else(|| opening_status(brief), |arbiter| arbiter.state().status),
             leaders: BTreeMap::new(),
             arbiter,
+            is_law: dynamics.is_law(),
             alone: (brief.robots[0].start.cell, 0, brief.reading.opening_steps),
         }
     }
@@ -192,6 +195,8 @@ impl Audit {
             Action::Hop(direction) => motion::landing(&self.brief.grid, from, direction, outcome.branch),
             _ => from,
         };
+        // Physics may lead anywhere.
+        let to = if self.is_law { to } else { outcome.to };
         same("outcome.to", to, outcome.to)?;
         same("pose.cell", to, record.pose.cell)?;
         same("visits", visits + u64::from(self.brief.is_visit(visits, to)), record.visits)?;

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use contract::Record;
+use contract::{Detail, Record};
 use serde::ser::Error as _;
 use serde::{Serialize, Serializer};
 
@@ -99,9 +99,22 @@ fn row(record: &Record) -> [String; 13] {
     ]
 }
 
+/// A record with what the motion model tells of it.
+#[derive(Serialize)]
+struct Told {
+    #[serde(flatten)]
+    record: Record,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    detail: Option<Detail>,
+}
+
 fn records<S: Serializer>(history: &JournalReader, serializer: S) -> Result<S::Ok, S::Error> {
     let mut failure = None;
-    let records = history.records().map_while(|record| record.map_err(|error| failure = Some(error)).ok());
+    let mut read = history.records();
+    let records = std::iter::from_fn(|| {
+        let record = read.next()?.map_err(|error| failure = Some(error)).ok()?;
+        Some(Told { record, detail: read.detail().cloned() })
+    });
     let done = serializer.collect_seq(records)?;
     failure.map_or(Ok(done), |error| Err(S::Error::custom(error)))
 }

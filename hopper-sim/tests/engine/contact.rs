@@ -111,7 +111,7 @@ fn a_rest_position_that_was_changed_is_refused() {
     let header = super::fixture::header(&mission(7));
     let mut journal = Journal::create(folder.path(), &header, false).unwrap();
     let mut digest = None;
-    for (number, (record, attachment)) in undisturbed.iter().take(6).enumerate() {
+    for (number, (record, attachment)) in undisturbed.iter().enumerate() {
         let (mut record, mut attachment) = (*record, attachment.clone());
         if number == 3
             && let Some(Attachment::Detail(detail)) = &mut attachment

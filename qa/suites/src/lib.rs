@@ -52,7 +52,11 @@ pub const SUITES: [Suite; 12] = [
         files: &["research"],
         packages: &["p19", "p21", "p22", "p23", "hopper-research"],
     },
-    Suite { name: "pictures", files: &["tools/figures"], packages: &["hopper-figures"] },
+    Suite {
+        name: "pictures and manual",
+        files: &["tools/figures", "tools/manual"],
+        packages: &["hopper-figures", "hopper-manual"],
+    },
     Suite { name: "schemas", files: &["qa/schemas", "crates/recording/proto"], packages: &["schemas"] },
 ];
 

@@ -31,6 +31,14 @@ macro_rules! models {
         }
 
         impl Dynamics {
+            /// The model with its defaults.
+            #[must_use]
+            pub fn of(model: MotionModel) -> Self {
+                match model {
+                    $(MotionModel::$model => Self::$model($rules::default()),)+
+                }
+            }
+
             /// Which model it is.
             #[must_use]
             pub fn model(&self) -> MotionModel {
