@@ -100,6 +100,12 @@ enum Command {
     /// Show what runs, what is missing or left over, and what to do next.
     #[command(after_help = "Examples:\n  hopper doctor\n  hopper doctor --clean")]
     Doctor(doctor::Args),
+    /// [hopper-dynamics] Derive what planners may believe of hops from physics.
+    #[command(disable_help_flag = true)]
+    Motion(Passed),
+    /// [hopper-dynamics] Compare contact dynamics with closed forms and with what has been measured and flown.
+    #[command(disable_help_flag = true)]
+    Validate(Passed),
     /// [hopper-figures] Write an animation of a mission.
     #[command(disable_help_flag = true)]
     Gif(Passed),
@@ -174,6 +180,8 @@ fn tool(command: &Command) -> Result<Exit, Failure> {
         Command::Journal(command) => while_working("reading the journal", || journal::run(command)),
         Command::Topic(command) => topic::run(command),
         Command::Doctor(args) => doctor::run(args),
+        Command::Motion(passed) => tool::run("motion", passed),
+        Command::Validate(passed) => tool::run("validate", passed),
         Command::Gif(passed) => tool::run("gif", passed),
         Command::Bag(passed) => tool::run("bag", passed),
         Command::Latency(passed) => tool::run("latency", passed),

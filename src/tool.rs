@@ -12,7 +12,8 @@ use std::process::{Command, ExitCode};
 use node::{Exit, Failure};
 
 /// Programs and the commands they serve. A program has the name of its package.
-pub const TOOLS: [(&str, &[&str]); 6] = [
+pub const TOOLS: [(&str, &[&str]); 7] = [
+    ("hopper-dynamics", &["motion", "validate"]),
     // `hopper journal draw` runs it itself, for PDF.
     ("hopper-figures", &["gif"]),
     ("hopper-recordings", &["bag", "latency"]),

@@ -73,7 +73,14 @@ fn clear(output: &Output, what: &str) -> i32 {
 
 /// The programs that serve the commands below.
 fn build_tools() {
-    for name in ["hopper-figures", "hopper-recordings", "hopper-research", "hopper-manual", "hopper-qa"] {
+    for name in [
+        "hopper-dynamics",
+        "hopper-figures",
+        "hopper-recordings",
+        "hopper-research",
+        "hopper-manual",
+        "hopper-qa",
+    ] {
         program(name);
     }
 }

@@ -43,6 +43,11 @@ fn packages() -> Vec<String> {
     members.split('"').skip(1).step_by(2).map(Into::into).collect()
 }
 
+/// The manifests of all packages.
+pub fn manifests() -> impl Iterator<Item = String> {
+    packages().into_iter().map(|package| read(format!("{package}/Cargo.toml")))
+}
+
 /// Every Rust file below `folder`, tests and benches included.
 fn sources(folder: impl AsRef<Path>) -> Vec<PathBuf> {
     let folder = root().join(folder);
@@ -325,6 +330,7 @@ fn every_program_is_built_by_the_documented_test_command() {
 fn what_the_default_mission_does_not_need_is_not_built_for_it() {
     let built = linked("hopper", &[]);
     for stranger in [
+        "hopper-dynamics",
         "hopper-figures",
         "hopper-recordings",
         "hopper-manual",

@@ -9,7 +9,7 @@ use contract::{Brief, MotionModel, Profile, Record, Role, RunId};
 use node::{Exit, Failure, Instance, Joining, MemoryBudget, Node};
 use process::{Ports as _, Terms, block_on};
 use report::{Process, Summary, SummaryBuilder};
-use scenario::{Overrides, ResolvedScenario, Scenario};
+use scenario::{Overrides, Preset, ResolvedScenario, Scenario};
 
 use crate::elevation_args::ElevationArgs;
 use crate::journal::JournalError;
@@ -32,6 +32,9 @@ pub struct MissionArgs {
     /// Where hops end in truth, instead of the scenario's: law, or contact.
     #[arg(long, value_name = "MODEL")]
     pub dynamics: Option<MotionModel>,
+    /// Gravity and soils of a body, with contact dynamics unless --dynamics law: moon, mars, phobos, ryugu or bennu.
+    #[arg(long, value_name = "BODY")]
+    pub preset: Option<Preset>,
     /// Budget of one decision, landing to commit [default: the scenario's, 600ms].
     #[arg(long, value_parser = positive_duration, value_name = "DURATION", allow_hyphen_values = true)]
     pub budget: Option<Duration>,
@@ -57,7 +60,11 @@ impl MissionArgs {
     #[must_use]
     pub fn is_given(&self) -> bool {
         let of_ground = self.dem.is_some() || self.elevation.nodata.is_some();
-        self.scenario.is_some() || self.profile.is_some() || self.dynamics.is_some() || of_ground
+        self.scenario.is_some()
+            || self.profile.is_some()
+            || self.dynamics.is_some()
+            || self.preset.is_some()
+            || of_ground
     }
 
     /// The world of the mission.
@@ -82,6 +89,7 @@ impl MissionArgs {
         let overrides = Overrides {
             profile: self.profile,
             dynamics: self.dynamics,
+            preset: self.preset,
             decision_budget_ns: self.budget.map(nanoseconds),
             dem: dem.clone(),
             nodata: self.elevation.nodata().map(<[f64]>::to_vec),

@@ -148,6 +148,12 @@ impl Scenario {
         {
             self.truth.dynamics = Dynamics::of(model);
         }
+        if let Some(preset) = overrides.preset {
+            self.robot.gravity_mps2 = preset.gravity_mps2();
+            if overrides.dynamics != Some(contract::MotionModel::Law) {
+                self.truth.dynamics = Dynamics::Contact(ContactRules { preset, ..ContactRules::default() });
+            }
+        }
         if let Some(budget_ns) = overrides.decision_budget_ns {
             self.limits.decision_budget_ms = budget_ns as f64 / 1e6;
         }

@@ -4,6 +4,8 @@ use std::path::PathBuf;
 
 use contract::{MotionModel, Profile};
 
+use crate::Preset;
+
 /// Command-line overrides, applied by [`crate::Scenario::with`].
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Overrides {
@@ -11,6 +13,8 @@ pub struct Overrides {
     pub profile: Option<Profile>,
     /// Replaces `truth.dynamics` by the defaults of a model, unless it has that model already.
     pub dynamics: Option<MotionModel>,
+    /// Replaces gravity and soils, and with that the motion model by `contact`.
+    pub preset: Option<Preset>,
     /// Replaces `limits.decision_budget_ms`; nanoseconds.
     pub decision_budget_ns: Option<u64>,
     /// Replaces the elevation file; a relative path starts from the current folder.

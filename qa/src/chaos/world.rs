@@ -50,6 +50,8 @@ impl World {
             scenario,
             seed: None,
             profile: None,
+            dynamics: None,
+            preset: None,
             budget: None,
             dem: None,
             elevation: Default::default(),

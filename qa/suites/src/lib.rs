@@ -22,14 +22,14 @@ pub struct Suite {
     pub name: &'static str,
     /// Files and folders, from the root of the repository.
     pub files: &'static [&'static str],
-    /// Packages that are not among the default members of the workspace: their tests are built and run by a test of the root.
-    pub packages: &'static [&'static str],
+    /// Test programs, by package, that are built and run by a test of the root: their manifests have `test = false`.
+    pub programs: &'static [(&'static str, &'static [&'static str])],
 }
 
 impl Suite {
     /// Tests in packages that are built anyway.
     const fn new(name: &'static str, files: &'static [&'static str]) -> Self {
-        Self { name, files, packages: &[] }
+        Self { name, files, programs: &[] }
     }
 }
 
@@ -50,14 +50,21 @@ pub const SUITES: [Suite; 12] = [
     Suite {
         name: "research",
         files: &["research"],
-        packages: &["p19", "p21", "p22", "p23", "hopper-research"],
+        programs: &[
+            ("hopper-research", &["campaign", "coverage", "gallery", "known", "scouting"]),
+            ("p21", &["quality"]),
+        ],
     },
     Suite {
         name: "pictures and manual",
         files: &["tools/figures", "tools/manual"],
-        packages: &["hopper-figures", "hopper-manual"],
+        programs: &[("hopper-figures", &["figures"]), ("hopper-manual", &["manual"])],
     },
-    Suite { name: "schemas", files: &["qa/schemas", "crates/recording/proto"], packages: &["schemas"] },
+    Suite {
+        name: "schemas",
+        files: &["qa/schemas", "crates/recording/proto"],
+        programs: &[("schemas", &["committed", "foxglove"])],
+    },
 ];
 
 /// The root of the repository.
@@ -95,25 +102,28 @@ pub fn is_left_out(name: &str) -> bool {
     is_passed
 }
 
-/// Builds and runs the tests of a suite's packages, in the profile and the target folder of the tests that ask for it, unless they are
+/// Builds and runs the test programs of a suite, in the profile and the target folder of the tests that ask for it, unless they are
 /// to be left out.
 ///
 /// # Panics
 /// If there is no such suite, or one of its tests fails.
-pub fn run_packages(name: &str) {
+pub fn run_programs(name: &str) {
     if is_left_out(name) {
         return;
     }
     let suite = SUITES.iter().find(|suite| suite.name == name).expect("it was found before");
     let test = std::env::current_exe().expect("a test knows its program");
     let profile = test.ancestors().nth(2).expect("tests lie in a folder of the profile");
-    let mut cargo = Command::new(env!("CARGO"));
-    cargo.arg("test").args(suite.packages.iter().flat_map(|package| ["--package", package]));
-    cargo.args(["--quiet", "--target-dir"]).arg(profile.parent().expect("profiles lie in the target folder"));
-    cargo.args(profile.ends_with("release").then_some("--release")).current_dir(root());
-    let output = cargo.output().expect("cargo can be started");
-    let text = [output.stdout, output.stderr].map(|text| String::from_utf8_lossy(&text).into_owned());
-    assert!(output.status.success(), "{}", text.concat());
+    let target = profile.parent().expect("profiles lie in the target folder");
+    for (package, tests) in suite.programs {
+        let mut cargo = Command::new(env!("CARGO"));
+        cargo.args(["test", "--quiet", "--package", package, "--target-dir"]).arg(target);
+        cargo.args(tests.iter().flat_map(|test| ["--test", test]));
+        cargo.args(profile.ends_with("release").then_some("--release")).current_dir(root());
+        let output = cargo.output().expect("cargo can be started");
+        let text = [output.stdout, output.stderr].map(|text| String::from_utf8_lossy(&text).into_owned());
+        assert!(output.status.success(), "{}", text.concat());
+    }
 }
 
 /// What `.ci/passed.tsv` says once all suites have passed.

@@ -71,6 +71,7 @@ pub fn run(command: &Command) -> Result<Exit, Failure> {
 #[must_use]
 pub fn hopper_command() -> clap::Command {
     let tools = [
+        hopper_dynamics::Command::augment_subcommands(clap::Command::new("hopper-dynamics")),
         hopper_figures::Command::augment_subcommands(clap::Command::new("hopper-figures")),
         hopper_recordings::Command::augment_subcommands(clap::Command::new("hopper-recordings")),
         hopper_research::Command::augment_subcommands(clap::Command::new("hopper-research")),

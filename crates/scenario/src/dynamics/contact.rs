@@ -5,15 +5,18 @@ use contract::Grid;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::Rules;
+use super::{Preset, Rules};
 use crate::ScenarioError;
 use crate::bounds::in_range;
 
-/// A sphere on two soils. What is left out is that of Mars, as `docs/dynamics.md` says.
+/// A sphere on two soils. What is left out is that of the preset, as `docs/dynamics.md` says.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct ContactRules {
+    /// Body whose soils these are: `moon`, `mars`, `phobos`, `ryugu` or `bennu`. Its gravity is that of `[robot]`.
+    #[serde(skip_serializing_if = "Preset::is_mars")]
+    pub preset: Preset,
     /// Radius of the body, metres; at most half a cell, since the contact point is taken to lie on the ground.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub radius_m: Option<f64>,
@@ -104,26 +107,12 @@ pub struct ContactSoil {
     pub roughness_rad: f64,
 }
 
-/// Hard ground of Mars.
-const HARD: ContactSoil = ContactSoil {
-    restitution: 0.35,
-    restitution_speed_mps: f64::INFINITY,
-    restitution_gravity_mps2: f64::INFINITY,
-    friction: 0.6,
-    rolling: 0.577,
-    foot: 1.2,
-    roughness_rad: 0.15,
-};
-
-/// Sand of Mars: no rebound, and no foothold at 45°.
-const SAND: ContactSoil =
-    ContactSoil { restitution: 0.0, rolling: 0.7, foot: 0.7, roughness_rad: 0.05, ..HARD };
-
 impl ContactRules {
     /// All parameters, with what is left out.
     #[must_use]
     pub fn parameters(&self) -> ContactParameters {
-        let soils = [self.hard.over(HARD), self.sand.over(SAND)];
+        let [hard, sand] = self.preset.soils();
+        let soils = [self.hard.over(hard), self.sand.over(sand)];
         ContactParameters {
             radius_m: self.radius_m.unwrap_or(0.1),
             inertia: self.inertia.unwrap_or(0.4),

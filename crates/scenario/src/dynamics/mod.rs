@@ -7,6 +7,10 @@ use serde::{Deserialize, Serialize};
 
 use crate::ScenarioError;
 
+mod preset;
+
+pub use preset::Preset;
+
 /// What can be asked of the fields of any model.
 trait Rules {
     /// Checks them for hops on a lattice.

@@ -124,6 +124,7 @@ fn overrides_change_profile_budget_and_elevation_file() {
         decision_budget_ns: Some(123_456_789),
         dem: Some(other),
         nodata: None,
+        ..Overrides::default()
     };
     let world = load(path.to_str().unwrap()).unwrap().with(&overrides).resolve().unwrap();
     assert_eq!(world.brief.profile, Profile::Hopper);

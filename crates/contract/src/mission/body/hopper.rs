@@ -87,8 +87,8 @@ impl Kind for Hopper {
         );
         block.float(
             "motion.gravity_mps2",
-            "Gravity, m/s²; from that of a comet to four times that of Jupiter.",
-            float(1.0e-4, 100.0),
+            "Gravity, m/s²; from that of a small asteroid to four times that of Jupiter.",
+            float(1.0e-5, 100.0),
             gravity_mps2,
         );
     }
