@@ -4,6 +4,7 @@ use std::ffi::{OsStr, OsString};
 use std::os::unix::ffi::OsStringExt as _;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
+use std::sync::OnceLock;
 
 use rustix::fs::{CWD, FileType, Mode, mknodat};
 
@@ -73,16 +74,25 @@ fn clear(output: &Output, what: &str) -> i32 {
 
 /// The programs that serve the commands below.
 fn build_tools() {
-    for name in [
-        "hopper-dynamics",
-        "hopper-figures",
-        "hopper-recordings",
-        "hopper-research",
-        "hopper-manual",
-        "hopper-qa",
-    ] {
+    for name in ["hopper-dynamics", "hopper-recordings", "hopper-research", "hopper-qa"] {
         program(name);
     }
+    if has_pictures() {
+        program("hopper-figures");
+        program("hopper-manual");
+    }
+}
+
+/// Whether the programs of pictures and manual are built, which takes longer than that of all others.
+fn has_pictures() -> bool {
+    static HAS: OnceLock<bool> = OnceLock::new();
+    *HAS.get_or_init(|| !suites::is_left_out("pictures and manual"))
+}
+
+/// Whether the program that serves a command is built.
+fn is_served(words: &[&str]) -> bool {
+    let draws = words.starts_with(&["journal", "draw"]) && words.ends_with(&["--out"]);
+    has_pictures() || !(draws || ["gif", "man", "completions"].contains(&words[0]))
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -129,7 +139,8 @@ const SLOW_WRITERS: &[&[&str]] = &[
 fn a_path_to_write_is_written_as_asked_or_refused() {
     build_tools();
     let place = Place::new();
-    for (number, (words, writes)) in WRITERS.iter().enumerate() {
+    let writers = WRITERS.iter().filter(|(words, _)| is_served(words));
+    for (number, (words, writes)) in writers.enumerate() {
         let odd = OsString::from_vec([format!("odd-{number}-").as_bytes(), b"\xff\xfe"].concat());
         let (code, text) = place.checked(words, &[&odd]);
         assert!([0, 3].contains(&code) && place.path(&odd).exists(), "{words:?}: {text}");
@@ -211,7 +222,7 @@ fn a_path_to_read_that_is_something_else_is_refused() {
     build_tools();
     let place = Place::new();
     let odd = OsString::from_vec(b"odd-\xff".to_vec());
-    for words in READERS {
+    for words in READERS.iter().filter(|words| is_served(words)) {
         let names = ["", "no/such", "no-such.toml", "folder", "file/below", "/dev/null", "file"];
         for name in names.map(OsStr::new).into_iter().chain([odd.as_os_str()]) {
             let (code, text) = place.checked(words, &[name]);
@@ -285,7 +296,7 @@ const VALUES: &[&[&str]] = &[
 fn a_value_that_is_none_is_refused() {
     build_tools();
     let place = Place::new();
-    for words in VALUES {
+    for words in VALUES.iter().filter(|words| is_served(words)) {
         for value in ["", "-1", "NaN", "1e999", "0x10", "99999999999999999999999999", "\u{fffd} x"] {
             // As one word with its flag: a value with a minus is no flag then.
             let (last, flag) = (words.last().unwrap(), format!("{}={value}", words.last().unwrap()));
@@ -333,7 +344,7 @@ const PRINTERS: &[&[&str]] = &[
 fn every_command_prints_to_whatever_is_there() {
     build_tools();
     let place = Place::new();
-    for words in PRINTERS {
+    for words in PRINTERS.iter().filter(|words| is_served(words)) {
         let plain = clear(&place.run(words, &[]), &format!("{words:?}"));
         let (reader, writer) = std::io::pipe().unwrap();
         drop(reader);

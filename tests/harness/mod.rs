@@ -3,12 +3,13 @@
 #![allow(dead_code, reason = "each test binary uses its part of the harness")]
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
+use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Output, Stdio};
 use std::sync::atomic::{AtomicU32, Ordering};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use serde_json::Value;
@@ -228,14 +229,20 @@ pub fn hopper(words: &[&str]) -> Command {
 /// The program `name` of this build. `cargo test` builds every program of the workspace; with `-p` it builds those of
 /// that package only, and another that is missing or out of date is built here.
 pub fn program(name: &str) -> PathBuf {
-    static BUILDING: Mutex<()> = Mutex::new(());
-    let _alone = BUILDING.lock().unwrap_or_else(PoisonError::into_inner);
+    // One lock for each: a live test that polls `hopper` must not stand still while another test builds a tool.
+    static BUILDING: Mutex<BTreeMap<String, Arc<Mutex<()>>>> = Mutex::new(BTreeMap::new());
+    let lock = {
+        let mut locks = BUILDING.lock().unwrap_or_else(PoisonError::into_inner);
+        Arc::clone(locks.entry(name.to_owned()).or_default())
+    };
+    let _alone = lock.lock().unwrap_or_else(PoisonError::into_inner);
     let test = std::env::current_exe().unwrap();
     let folder = test.ancestors().nth(2).unwrap();
     let path = folder.join(name);
     if !is_up_to_date(&path) {
         let mut cargo = Command::new(env!("CARGO"));
-        cargo.args(["build", "--quiet", "-p", name]).current_dir(env!("CARGO_MANIFEST_DIR"));
+        // Of no package by name: so what is compiled already has the same features.
+        cargo.args(["build", "--quiet", "--bin", name]).current_dir(env!("CARGO_MANIFEST_DIR"));
         let profile = if folder.ends_with("release") { &["--release"][..] } else { &[] };
         assert!(cargo.args(profile).status().unwrap().success(), "{name} cannot be built");
     }

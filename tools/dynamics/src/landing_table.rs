@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use scenario::Preset;
 use serde::Serialize;
 
-use crate::hopper_on::{HOP_M, HopperOn, Kind};
+use crate::hopper_on::{HOP_M, HopperOn, Kind, soil_of};
 
 /// Distance between the slopes of two classes, degrees.
 pub const BIN_DEG: f64 = 2.5;
@@ -18,6 +18,9 @@ const BINS: i32 = 12;
 
 /// Most landings of a class that are kept one by one.
 pub const LANDINGS_MAX: usize = 12;
+
+/// Hops of a class on ground too steep to rest on.
+const TOO_STEEP_HOPS: u64 = 100;
 
 /// A landing in the frame of the hop, whole hops forward and to the left.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -124,6 +127,10 @@ fn class(
     // To the left of a hop along x is y.
     let gradient = [along_deg, across_deg].map(|degrees| libm::tan(degrees.to_radians()));
     let hopper = HopperOn::new(preset, soil, gradient);
+    let steepness = libm::hypot(gradient[0], gradient[1]);
+    let is_too_steep = steepness > soil_of(preset, soil).rolling;
+    // A few show that nothing rests there, each at the cost of thousands of arcs.
+    let samples = if is_too_steep { samples.min(TOO_STEEP_HOPS) } else { samples };
     let mut counts = BTreeMap::<[i32; 2], u64>::new();
     let (mut far, mut away, mut displaced) = (0, 0, [0.0; 2]);
     let mut offset_m = [0.0; 2];
@@ -161,7 +168,6 @@ fn class(
         Landing { offset, probability: count as f64 / rested as f64, low: interval.low, high: interval.high }
     };
     let mean = displaced.map(|hops| if far > 0 { hops / far as f64 } else { 0.0 });
-    let steepness = libm::hypot(gradient[0], gradient[1]);
     Class {
         soil,
         along_deg,
@@ -169,6 +175,6 @@ fn class(
         samples,
         landings: counted.into_iter().map(landing).collect(),
         far: Far { probability: far as f64 / rested as f64, mean },
-        rolls_away: steepness > crate::hopper_on::soil_of(preset, soil).rolling || 2 * away > samples,
+        rolls_away: is_too_steep || 2 * away > samples,
     }
 }
