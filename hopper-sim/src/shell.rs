@@ -29,7 +29,7 @@ pub struct MissionArgs {
     /// Reading of the model, instead of the scenario's: paper-2023 or hopper.
     #[arg(long, value_name = "NAME")]
     pub profile: Option<Profile>,
-    /// Where hops end in truth, instead of the scenario's: law, or contact.
+    /// Where hops end in truth, instead of the scenario's: law, collision or contact.
     #[arg(long, value_name = "MODEL")]
     pub dynamics: Option<MotionModel>,
     /// Gravity and soils of a body, with contact dynamics unless --dynamics law: moon, mars, phobos, ryugu or bennu.

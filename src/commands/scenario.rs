@@ -63,7 +63,7 @@ pub struct Args {
     /// Profile of the model instead of the scenario's: paper-2023 or hopper.
     #[arg(long, value_name = "NAME")]
     profile: Option<Profile>,
-    /// Where hops end in truth, instead of the scenario's: law, or contact.
+    /// Where hops end in truth, instead of the scenario's: law, collision or contact.
     #[arg(long, value_name = "MODEL")]
     dynamics: Option<MotionModel>,
     /// Elevation model instead of the scenario's.

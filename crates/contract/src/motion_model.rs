@@ -53,6 +53,8 @@ macro_rules! motion_models {
 motion_models! {
     /// The four branches of P23: nothing is told beyond the outcome.
     Law = 1, "law", [""; 0];
+    /// The law, if the arc clears the ground (P22).
+    Collision = 2, "collision", ["collided"];
     /// A body that flies, hits, bounces and rolls until it rests.
     Contact = 3, "contact", ["end", "impacts", "rolled_m", "seconds", "energy_j_per_kg", "displaced"];
 }

@@ -24,6 +24,7 @@
 
 #![warn(clippy::disallowed_methods)]
 
+pub mod clearance;
 pub mod collision;
 pub mod draw;
 pub mod flight;
@@ -33,6 +34,7 @@ pub mod step_count;
 pub mod transition;
 pub mod vertical;
 
+pub use clearance::{clears, design_launch};
 pub use collision::{GroundProfile, collision_m};
 pub use draw::{Domain, Draw};
 pub use flight::{arc_height_m, flight, launch_velocity_mps, position_m};

@@ -9,7 +9,7 @@ use contract::{
     Sensor, SensorParameters, Soil, Square, Visit, Waypoint,
 };
 use hopper_sim::{Mission, Pace};
-use scenario::{ContactRules, Dynamics, Fault};
+use scenario::{CollisionRules, ContactRules, Dynamics, Fault};
 use serde::Serialize;
 use terrain::Terrain;
 
@@ -337,10 +337,14 @@ fn hopper_mission(seed: u64, number: u64) -> Mission {
     }
 }
 
-/// The motion model of a mission with hoppers: physics in one of three.
+/// The motion model of a mission with hoppers: mostly the law, physics in one of three.
 fn dynamics(seed: u64, number: u64) -> Dynamics {
     let mut chance = Chance::new(seed ^ number.rotate_left(32), "dynamics");
-    if chance.one_in(3) { Dynamics::Contact(ContactRules::default()) } else { Dynamics::default() }
+    match chance.below(6) {
+        0 | 1 => Dynamics::Contact(ContactRules::default()),
+        2 => Dynamics::Collision(CollisionRules::default()),
+        _ => Dynamics::default(),
+    }
 }
 
 /// How hops of the paper's hopper slip and drift.

@@ -29,6 +29,7 @@ macro_rules! models {
 
 models! {
     law => Law;
+    collision => Collision;
     contact => Contact;
 }
 
@@ -74,7 +75,14 @@ pub trait MotionModel: Debug + Send + Sync {
     /// As `hop`, which would have ended on a cell that another robot takes up.
     fn displaced(&self, hop: &Hop<'_>, landing: Landing, is_taken: &dyn Fn(Cell) -> bool) -> Landing {
         let _ = is_taken;
-        Landing { outcome: Outcome { to: hop.from, ..landing.outcome }, ..landing }
+        let grid = &hop.mission.brief.grid;
+        let middle_m = |cells: i32| (f64::from(cells) + 0.5) * grid.cell_size_m;
+        let height_m = height_m(&hop.mission.terrain, hop.from, hop.from);
+        let detail = landing.detail.map(|detail| Detail {
+            rest_m: [middle_m(hop.from.x), middle_m(hop.from.y), height_m],
+            ..detail
+        });
+        Landing { outcome: Outcome { to: hop.from, ..landing.outcome }, detail }
     }
 }
 

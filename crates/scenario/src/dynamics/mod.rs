@@ -63,6 +63,7 @@ macro_rules! models {
 
 models! {
     law => Law(LawRules), "One of the four branches of P23 is drawn.";
+    collision => Collision(CollisionRules), "As the law has it, if the arc clears the ground; otherwise the hop stays.";
     contact => Contact(ContactRules), "The body flies, hits, bounces and rolls until it rests.";
 }
 

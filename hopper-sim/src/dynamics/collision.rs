@@ -1,0 +1,61 @@
+//! The law of P23, after the arc was checked against the true ground (P22, section III).
+//!
+//! A hop that does not clear the ground to its target stays. So does one that is drawn to slip and does not clear the ground to where it slips: without
+//! this second check slips would pass walls.
+
+use contract::{Branch, Detail, Direction, Flight, MotionModel as Model, Outcome, PathPoint};
+use motion::{Domain, Draw};
+use scenario::CollisionRules;
+
+use super::{Hop, Landing, MotionModel, height_m};
+use crate::Mission;
+
+/// The law with collisions.
+#[derive(Debug)]
+pub struct Collision;
+
+impl Collision {
+    /// Its parameters are those of the body.
+    pub fn new(_: &Mission, _: &CollisionRules) -> Self {
+        Self
+    }
+}
+
+impl MotionModel for Collision {
+    /// # Panics
+    /// If it departs outside of the terrain, as only in a mission that is over.
+    fn hop(&self, hop: &Hop<'_>) -> Landing {
+        let Hop { mission, robot, body, decision, from, direction, .. } = *hop;
+        let (grid, terrain, law) = (&mission.brief.grid, &mission.terrain, &body.motion);
+        let ground = terrain.ground(from).expect("a mission underway stands on its terrain");
+        let height = |cell| terrain.ground(cell).map(|ground| ground.height_m);
+        let clears = |direction| motion::clears(law, grid, ground.soil, (from, direction), height);
+        let uniform = Draw::new(mission.seed, Domain::Motion, robot, decision).uniform();
+        let drawn = motion::transition(law, ground, direction).branch(uniform);
+        let is_blocked = |towards: Direction| !clears(towards);
+        let collides = is_blocked(direction)
+            || drawn == Branch::Left && is_blocked(direction.left())
+            || drawn == Branch::Right && is_blocked(direction.right());
+        let branch = if collides { Branch::Stayed } else { drawn };
+        let to = motion::landing(grid, from, direction, branch);
+        let launch = motion::design_launch(law, grid, ground.soil);
+        let flights = motion::soil_motion(law, ground.soil).flights;
+        let range_m = grid.hop_distance_m() / f64::from(flights);
+        let flight = Flight {
+            launch_speed_mps: launch.speed_mps,
+            launch_angle_rad: launch.angle_rad,
+            range_m,
+            rise_m: (height_m(terrain, grid.hop(from, direction), from) - ground.height_m) / f64::from(flights),
+            apex_height_m: launch.apex_height_m(),
+            flight_time_s: launch.time_s(range_m),
+            flights,
+        };
+        let middle = |cells: i32| (f64::from(cells) + 0.5) * grid.cell_size_m;
+        let at = |cell: contract::Cell| [middle(cell.x), middle(cell.y), height_m(terrain, cell, from)];
+        let leaves = motion::launch_velocity_mps(&flight, direction);
+        let path = vec![PathPoint { seconds: 0.0, at_m: at(from), leaves_mps: leaves.into() }];
+        let figures = [f64::from(u8::from(collides)), 0.0, 0.0, 0.0, 0.0, 0.0];
+        let detail = Detail { model: Model::Collision, rest_m: at(to), figures, path };
+        Landing { outcome: Outcome { branch, from, to, flight }, detail: Some(detail) }
+    }
+}
