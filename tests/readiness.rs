@@ -16,12 +16,14 @@ use rustix::process::{Pid, Signal, kill_process};
 const WATCHED: [Signal; 3] = [Signal::HUP, Signal::INT, Signal::TERM];
 
 /// Commands of `hopper` that say nothing of being ready: they end by themselves, or, as `run`, leave that to their children.
-const SILENT: [&str; 17] = [
+const SILENT: [&str; 19] = [
     "run",
     "scenario",
     "terrain",
     "journal",
     "doctor",
+    "motion",
+    "validate",
     "gif",
     "bag",
     "latency",
@@ -65,12 +67,19 @@ impl Slow {
         })
     }
 
-    /// The signals that the program handles.
+    /// The signals that the program handles. A hangup that these tests ignore, as under `nohup`, it ignores too.
     fn handled(&self) -> Vec<Signal> {
         let status = std::fs::read_to_string(format!("/proc/{}/status", self.child.id())).unwrap_or_default();
-        let mask = status.lines().find_map(|line| line.strip_prefix("SigCgt:")).unwrap_or("0");
-        let mask = u64::from_str_radix(mask.trim(), 16).unwrap();
-        WATCHED.into_iter().filter(|signal| mask >> (signal.as_raw() - 1) & 1 == 1).collect()
+        let mask = |name: &str| {
+            let mask = status.lines().find_map(|line| line.strip_prefix(name)).unwrap_or("0");
+            u64::from_str_radix(mask.trim(), 16).unwrap()
+        };
+        let is_in = |mask: u64, signal: &Signal| mask >> (signal.as_raw() - 1) & 1 == 1;
+        let (caught, ignored) = (mask("SigCgt:"), mask("SigIgn:"));
+        let is_handled = |signal: &Signal| {
+            is_in(caught, signal) || *signal == Signal::HUP && is_in(ignored, signal)
+        };
+        WATCHED.into_iter().filter(is_handled).collect()
     }
 
     /// The line that waits to be read, which stays there.

@@ -228,7 +228,7 @@ fn only_node_uses_iceoryx2() {
 }
 
 /// Packages that are not engines: they run processes, threads, or commands on a machine.
-const HOSTS: [&str; 14] = [
+const HOSTS: [&str; 15] = [
     ".",
     "bench",
     "crates/node",
@@ -238,6 +238,7 @@ const HOSTS: [&str; 14] = [
     "qa",
     "qa/hostile",
     "research",
+    "tools/dynamics",
     "tools/figures",
     "tools/manual",
     "tools/recordings",

@@ -33,6 +33,7 @@ pub(crate) struct Rolled {
 }
 
 /// Rolls from a point on the ground with a velocity along it. `arcs` counts those of the hop so far.
+// Long: one loop over arcs, whose state is seven values.
 #[allow(clippy::too_many_arguments, reason = "a place, a motion and what is left of it")]
 pub(crate) fn roll<F: Field>(
     surface: &Surface<F>,

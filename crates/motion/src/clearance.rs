@@ -30,7 +30,8 @@ pub fn clears(
     let launch = design_launch(parameters, grid, soil);
     let flights = soil_motion(parameters, soil).flights as usize;
     let (east, north) = direction.step();
-    let cells = (0..=grid.hop_cells as i32).map(|steps| Cell::new(from.x + east * steps, from.y + north * steps));
+    let cells =
+        (0..=grid.hop_cells as i32).map(|steps| Cell::new(from.x + east * steps, from.y + north * steps));
     let Some(heights_m) = cells.map(height_m).collect::<Option<Vec<f64>>>() else { return true };
     // As many parts of each cell as there are flights, so that every flight begins at one.
     let at = |part: usize| {
@@ -69,7 +70,8 @@ mod tests {
     fn a_hop_at_45_degrees_fails_from_a_rise_of_a_quarter_of_its_distance() {
         let grid = Grid::new(9, 9, 1.0, 1).unwrap();
         let hop = (Cell::new(1, 1), Direction::East);
-        for (rise_m, clears_hard) in [(0.0, true), (0.2499, true), (0.25, false), (1.0, false), (-1.0, true)] {
+        for (rise_m, clears_hard) in [(0.0, true), (0.2499, true), (0.25, false), (1.0, false), (-1.0, true)]
+        {
             let height_m = |cell: Cell| Some(if cell.x == 2 { rise_m } else { 0.0 });
             assert_eq!(clears(&mars(), &grid, Soil::Hard, hop, height_m), clears_hard, "{rise_m}");
         }

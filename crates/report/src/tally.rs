@@ -145,7 +145,7 @@ pub struct Route {
     /// Hops that slipped to the right.
     pub right: u64,
     /// Hops that ended on another cell, or did not come to rest; none under the law of the papers.
-    #[serde(skip_serializing_if = "is_none")]
+    #[serde(default, skip_serializing_if = "is_none")]
     pub elsewhere: u64,
     /// Decisions in which the robot stayed, whoever chose that.
     pub held: u64,
