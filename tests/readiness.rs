@@ -76,9 +76,8 @@ impl Slow {
         };
         let is_in = |mask: u64, signal: &Signal| mask >> (signal.as_raw() - 1) & 1 == 1;
         let (caught, ignored) = (mask("SigCgt:"), mask("SigIgn:"));
-        let is_handled = |signal: &Signal| {
-            is_in(caught, signal) || *signal == Signal::HUP && is_in(ignored, signal)
-        };
+        let is_handled =
+            |signal: &Signal| is_in(caught, signal) || *signal == Signal::HUP && is_in(ignored, signal);
         WATCHED.into_iter().filter(is_handled).collect()
     }
 

@@ -14,7 +14,9 @@ use crate::landing_table::{Class, LandingTable};
 
 /// Arguments of `hopper motion derive`.
 #[derive(clap::Args, Clone, Debug)]
-#[command(after_help = "Examples:\n  hopper motion derive --preset mars\n  hopper motion derive --preset ryugu --hops 5000 --out tables")]
+#[command(
+    after_help = "Examples:\n  hopper motion derive --preset mars\n  hopper motion derive --preset ryugu --hops 5000 --out tables"
+)]
 pub struct Args {
     /// Body whose gravity and soils are taken: moon, mars, phobos, ryugu or bennu.
     #[arg(long, default_value_t, value_name = "BODY")]

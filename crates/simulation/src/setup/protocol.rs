@@ -14,7 +14,7 @@ const HAZARD_MAX: f64 = 0.5;
 
 /// The `number`th mission of a seed: that of the hopper missions, on flat ground without treasures.
 pub(super) fn mission(seed: u64, number: u64) -> Mission {
-    let mut mission = hopper_mission(seed, number);
+    let mut mission = Mission { dynamics: Default::default(), ..hopper_mission(seed, number) };
     let grid = mission.brief.grid;
     let cells = vec![Ground::FLAT; grid.cells()];
     mission.terrain = Terrain { grid, cells, treasures: Vec::new(), prior: Vec::new() }.into();
