@@ -124,7 +124,7 @@ pub fn run<'py>(
             Some(own) => schedule_of(own.name, &brief, &assigned)?,
             None => PlannerSchedule::of_robots(&assigned),
         };
-        let mission = Mission { brief: brief.clone(), ..Mission::of(&world, seed) };
+        let mission = Mission { brief: brief.clone(), ..Mission::of(world, seed) };
         let lookout = Lookout::new(raised.clone());
         let (flown, records) = py.detach(|| {
             let mut make = |asked: Name, mission: &Mission| -> Result<Box<dyn Planner>, PlannerError> {

@@ -102,7 +102,7 @@ pub fn history_of_journal(dir: &Path) -> Result<History, Failure> {
 
 /// Passes on the prior of uncertain ground, as hopper-sim would serve it. `hopper view` has the scenario, and no hopper-sim.
 pub fn gather_prior(history: &mut History, brief: &Brief, world: &ResolvedScenario, now: MonotonicNs) {
-    let mission = Mission { brief: brief.clone(), ..Mission::of(&world, 0) };
+    let mission = Mission { brief: brief.clone(), ..Mission::of(world, 0) };
     if let Some(request) = history.wanted(now).prior
         && let Some(page) = mission.prior_page(&request, brief.grid.cells())
     {

@@ -26,7 +26,7 @@ impl Sensed {
     #[must_use]
     pub fn new(world: &ResolvedScenario, brief: &Brief, seed: u64) -> Self {
         let now = MonotonicNs(0);
-        let mission = Mission { brief: brief.clone(), ..Mission::of(&world, seed) };
+        let mission = Mission { brief: brief.clone(), ..Mission::of(world, seed) };
         let arbiter = Arbiter::new(mission, None, Pace::Max, 0, now);
         let start = *arbiter.state();
         let team = arbiter.team().cloned();

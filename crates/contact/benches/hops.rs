@@ -1,5 +1,7 @@
 //! Bounces a second on rough ground, and whole hops a second, their trim included.
 
+#![allow(clippy::print_stdout, reason = "a benchmark reports on standard output")]
+
 use std::time::Instant;
 
 use contact::{Aim, Body, Field, Known, LaunchErrors, Noise, Place, Soil, Surface};

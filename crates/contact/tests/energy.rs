@@ -50,7 +50,7 @@ fn heights() -> impl Strategy<Value = Vec<f64>> {
     let rough = proptest::collection::vec(-1.0..1.0_f64, SIDE * SIDE);
     let steps = proptest::collection::vec(prop_oneof![Just(0.0), Just(1.0), Just(-2.0)], SIDE * SIDE);
     let teeth = (0.1..2.0_f64).prop_map(|height_m| {
-        (0..SIDE * SIDE).map(|index| if index % SIDE % 2 == 0 { height_m } else { 0.0 }).collect()
+        (0..SIDE * SIDE).map(|index| if (index % SIDE).is_multiple_of(2) { height_m } else { 0.0 }).collect()
     });
     let flat = Just(vec![0.0; SIDE * SIDE]);
     prop_oneof![rough, steps, teeth, flat]

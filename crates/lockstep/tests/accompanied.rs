@@ -20,7 +20,7 @@ fn world(changes: &[(&str, &str)]) -> ResolvedScenario {
 
 fn mission(world: &ResolvedScenario, seed: u64) -> Mission {
     let brief = Brief { run: RunId(1), ..world.brief.clone() };
-    Mission { brief, ..Mission::of(&world, seed) }
+    Mission { brief, ..Mission::of(world, seed) }
 }
 
 fn fly(world: &ResolvedScenario, seed: u64, schedule: &PlannerSchedule) -> (Flown, Vec<Record>) {

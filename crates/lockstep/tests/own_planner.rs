@@ -47,7 +47,7 @@ fn resolved(text: &str) -> ResolvedScenario {
 
 fn fly(world: &ResolvedScenario, planner: Stubborn) -> Result<u64, PlannerError> {
     let brief = Brief { run: RunId(1), ..world.brief.clone() };
-    let mission = Mission { brief, ..Mission::of(&world, 1) };
+    let mission = Mission { brief, ..Mission::of(world, 1) };
     let schedule = PlannerSchedule::single("stubborn".parse().unwrap());
     let make = &mut |_: Name, _: &Mission| Ok(Box::new(planner) as Box<dyn Planner>);
     let flown = lockstep::fly_with(mission, &schedule, make, &mut || MonotonicNs(1), &mut |_| ())?;

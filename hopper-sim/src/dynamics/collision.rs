@@ -45,7 +45,8 @@ impl MotionModel for Collision {
             launch_speed_mps: launch.speed_mps,
             launch_angle_rad: launch.angle_rad,
             range_m,
-            rise_m: (height_m(terrain, grid.hop(from, direction), from) - ground.height_m) / f64::from(flights),
+            rise_m: (height_m(terrain, grid.hop(from, direction), from) - ground.height_m)
+                / f64::from(flights),
             apex_height_m: launch.apex_height_m(),
             flight_time_s: launch.time_s(range_m),
             flights,

@@ -38,7 +38,7 @@ struct Host {
 impl Host {
     fn new(world: &ResolvedScenario, seed: u64) -> Self {
         let brief = Brief { run: RunId(1), ..world.brief.clone() };
-        let mission = Mission { brief, ..Mission::of(&world, seed) };
+        let mission = Mission { brief, ..Mission::of(world, seed) };
         let arbiter = Arbiter::new(mission, None, Pace::Max, 0, MonotonicNs(1)).without_deadlines();
         let mut host = Self { arbiter, records: Vec::new(), refused: Vec::new() };
         host.on(Event::Tick);

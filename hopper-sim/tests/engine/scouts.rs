@@ -31,7 +31,7 @@ fn world_in(sampling: &str, more: &str) -> ResolvedScenario {
 
 fn mission(world: &ResolvedScenario) -> Mission {
     let brief = contract::Brief { run: RunId(1), ..world.brief.clone() };
-    Mission { brief, ..Mission::of(&world, 1) }
+    Mission { brief, ..Mission::of(world, 1) }
 }
 
 /// An arbiter whose appends always succeed, perhaps into a journal.

@@ -117,7 +117,7 @@ pub(super) fn schedule(world: &ResolvedScenario, planner: &str) -> Result<Planne
 /// If the planner of the trial is unknown.
 pub fn fly(plan: &Plan, world: &ResolvedScenario, trial: &Trial<'_>) -> Result<(Row, Times), Failure> {
     let brief = Brief { run: RunId(1), ..world.brief.clone() };
-    let mission = Mission { brief: brief.clone(), ..Mission::of(&world, trial.seed) };
+    let mission = Mission { brief: brief.clone(), ..Mission::of(world, trial.seed) };
     let schedule = schedule(world, &trial.cell.planner)?;
     let (mut hops, mut planning_ns) = (0, 0);
     let started = Node::now();

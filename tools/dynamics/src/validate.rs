@@ -58,7 +58,7 @@ impl Row {
     }
 
     /// Ours, of which nobody can say yet whether it holds.
-    fn is_open(self, ours: impl Into<String>) -> Self {
+    fn left_open(self, ours: impl Into<String>) -> Self {
         Self { ours: ours.into(), ..self }
     }
 }

@@ -169,7 +169,8 @@ mod tests {
     #[test]
     fn what_cannot_be_is_refused_by_name() {
         assert!(detail().checked().is_ok());
-        let changes: [(&str, fn(&mut Detail)); 5] = [
+        type Change = fn(&mut Detail);
+        let changes: [(&str, Change); 5] = [
             ("rest_m", |detail| detail.rest_m[0] = f64::NAN),
             ("rest_m", |detail| detail.rest_m[1] = 2.0 * LENGTH_MAX_M),
             ("figures", |detail| detail.figures[0] = f64::INFINITY),

@@ -176,15 +176,7 @@ const SOIL_RANGES: [(f64, f64, &str); 7] = [
 fn values(soil: &ContactSoil) -> [f64; 7] {
     let ContactSoil { restitution, restitution_speed_mps, restitution_gravity_mps2, .. } = *soil;
     let ContactSoil { friction, rolling, foot, roughness_rad, .. } = *soil;
-    [
-        restitution,
-        restitution_speed_mps,
-        restitution_gravity_mps2,
-        friction,
-        rolling,
-        foot,
-        roughness_rad,
-    ]
+    [restitution, restitution_speed_mps, restitution_gravity_mps2, friction, rolling, foot, roughness_rad]
 }
 
 impl Rules for ContactRules {

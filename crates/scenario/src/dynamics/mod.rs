@@ -30,6 +30,7 @@ macro_rules! models {
         #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
         #[cfg_attr(test, derive(JsonSchema))]
         #[serde(tag = "model", rename_all = "snake_case")]
+        #[expect(clippy::large_enum_variant, reason = "one in a scenario; a box would tell every reader of it nothing")]
         pub enum Dynamics {
             $(#[doc = $what] $model($rules),)+
         }

@@ -45,8 +45,7 @@ pub fn rows() -> Vec<Row> {
     let (_, rolled) = hop(0.0, rolling, [1.0, 0.0, 1e-9]);
     let rests = |slope: f64| hop(slope, rolling, [0.0, 0.0, 0.5]).1.end == End::Rest;
     let limits = [rests(0.0999), !rests(0.1001)];
-    let angle =
-        format!("{}", if limits == [true, true] { "rests at .0999, not at .1001" } else { "another" });
+    let angle = (if limits == [true, true] { "rests at .0999, not at .1001" } else { "another" }).to_string();
     vec![
         number(
             "range on the flat, 2 m/s at 45°",

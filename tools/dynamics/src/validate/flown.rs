@@ -82,9 +82,10 @@ fn idefix() -> Vec<Row> {
     vec![
         Row::new(MMX, "IDEFIX on Phobos: speed of touchdown from 40 to 100 m", "below 1 m/s")
             .is(format!("{:.2} to {:.2} m/s", arrives_mps[0], arrives_mps[1]), arrives_mps[1] < 1.0),
-        Row::new(MMX, "IDEFIX: contacts, predicted 2026-11-26", "–").is_open(interval(&mut contacts, "")),
-        Row::new(MMX, "IDEFIX: bouncing, predicted 2026-11-26", "–").is_open(interval(&mut seconds, " s")),
-        Row::new(MMX, "IDEFIX: way to rest, predicted 2026-11-26", "–").is_open(interval(&mut metres, " m")),
+        Row::new(MMX, "IDEFIX: contacts, predicted 2026-11-26", "–").left_open(interval(&mut contacts, "")),
+        Row::new(MMX, "IDEFIX: bouncing, predicted 2026-11-26", "–").left_open(interval(&mut seconds, " s")),
+        Row::new(MMX, "IDEFIX: way to rest, predicted 2026-11-26", "–")
+            .left_open(interval(&mut metres, " m")),
     ]
 }
 
@@ -93,7 +94,7 @@ pub fn rows() -> Vec<Row> {
     let restitution = 0.325 / 1.01;
     let philae =
         Row::new("Biele et al. 2015, Science 349", "Philae at Agilkia: speeds in and out", "1.01, 0.325 m/s")
-            .is_open(format!("a fit: e = {restitution:.2}"));
+            .left_open(format!("a fit: e = {restitution:.2}"));
     let sinks = Row::new(
         "Walsh et al. 2022, Sci. Adv. 8",
         "OSIRIS-REx on Bennu: the arm sank at 10 cm/s",

@@ -36,7 +36,11 @@ impl Body for Helicopter {
         let flight_time_s = range_m / self.speed_mps;
         let flight = Flight { range_m, flight_time_s, flights: 1, ..Flight::default() };
         let to = oracle.uncertain.cell(at);
-        Arrival { outcome: Outcome { branch: Branch::Intended, from: actor.cell, to, flight }, at, detail: None }
+        Arrival {
+            outcome: Outcome { branch: Branch::Intended, from: actor.cell, to, flight },
+            at,
+            detail: None,
+        }
     }
 
     fn seen_on_way(&self, oracle: &Oracle, number: usize, action: Action) -> Vec<usize> {

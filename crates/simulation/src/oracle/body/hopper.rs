@@ -51,8 +51,7 @@ impl Body for Hopper {
             let hopping = Hopping { mission, rules, robot, hopper: self, decision, from, told, direction };
             let hop = hopping.hop();
             let is_taken = |cell| oracle.is_occupied(number, cell);
-            let (outcome, detail) =
-                if is_taken(hop.0.to) { hopping.displaced(hop, is_taken) } else { hop };
+            let (outcome, detail) = if is_taken(hop.0.to) { hopping.displaced(hop, is_taken) } else { hop };
             return Arrival { outcome, at: actor.at, detail: Some(detail) };
         }
         let uniform = Draw::new(*seed, Domain::Motion, robot, decision).uniform();
@@ -67,7 +66,13 @@ impl Body for Hopper {
         let flight = motion::flight(&self.motion, &brief.grid, ground.soil, rise_m);
         let outcome = Outcome { branch, from, to, flight };
         if checks {
-            return of_collision(self, mission, direction, collides, Arrival { outcome, at: actor.at, detail: None });
+            return of_collision(
+                self,
+                mission,
+                direction,
+                collides,
+                Arrival { outcome, at: actor.at, detail: None },
+            );
         }
         Arrival { outcome, at: actor.at, detail: None }
     }
@@ -122,7 +127,13 @@ fn collides(hopper: &Hopper, mission: &Mission, from: Cell, direction: Direction
 }
 
 /// As the law has it, with the launch of the design hop, and what is told of it.
-fn of_collision(hopper: &Hopper, mission: &Mission, direction: Direction, collides: bool, of_law: Arrival) -> Arrival {
+fn of_collision(
+    hopper: &Hopper,
+    mission: &Mission,
+    direction: Direction,
+    collides: bool,
+    of_law: Arrival,
+) -> Arrival {
     let (grid, terrain) = (&mission.brief.grid, &mission.terrain);
     let Outcome { branch, from, to, flight } = of_law.outcome;
     let soil = terrain.ground(from).map_or(contract::Soil::Hard, |ground| ground.soil);
