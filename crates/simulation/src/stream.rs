@@ -76,7 +76,8 @@ impl Visitor for Streams {
 
 impl Stream {
     /// Every stream of these missions: a lone hopper's have no [`contract::Team`], only helicopters and those they look
-    /// ahead for announce routes, and only ground of uncertain speed has a prior.
+    /// ahead for announce routes, only ground of uncertain speed has a prior, and nobody that is simulated asks for details
+    /// of hops.
     #[must_use]
     pub fn all(missions: Missions) -> Vec<Stream> {
         let teams = Stream::of::<contract::Team>();
@@ -89,13 +90,16 @@ impl Stream {
             Stream::of::<Asked<contract::RouteRequest>>(),
             Stream::of::<Answered<contract::RoutePage>>(),
         ];
+        let of_details =
+            [Stream::of::<Asked<contract::DetailRequest>>(), Stream::of::<Answered<contract::DetailPage>>()];
+        let has_asker = |stream: &Stream| !of_details.contains(stream);
         let is_used = |stream: &Stream| match missions {
             Missions::Hopper | Missions::Protocol => !of_routes.contains(stream) && *stream != teams,
             Missions::Rovers => !of_routes.contains(stream),
             Missions::Scouts | Missions::Mixed => true,
             Missions::Accompanied => !of_prior.contains(stream),
         };
-        (0..STREAMS.len() as u8).map(Stream).filter(is_used).collect()
+        (0..STREAMS.len() as u8).map(Stream).filter(has_asker).filter(is_used).collect()
     }
 
     /// The stream of a message, a request, or a response.
