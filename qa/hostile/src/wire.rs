@@ -7,22 +7,24 @@ use std::fmt::Debug;
 
 use bytemuck::Zeroable;
 use contract::limits::{
-    MAP_PAGE_CELLS, MAP_PATCH_CELLS, PAST_PAGE_RECORDS, PRIOR_PAGE_CELLS, ROBOTS_MAX, ROUTE_POINTS_MAX,
-    TRUTH_PAGE_CELLS,
+    DETAIL_POINTS_MAX, MAP_PAGE_CELLS, MAP_PATCH_CELLS, PAST_PAGE_RECORDS, PRIOR_PAGE_CELLS, ROBOTS_MAX,
+    ROUTE_POINTS_MAX, TRUTH_PAGE_CELLS,
 };
 use contract::wire::{
-    AnnouncementV1, BriefV10, CommandV3, ControlV1, GroundV2, HeartbeatV2, MapPageV2, MapPatchV2,
-    MapRequestV1, MemberV6, PastHeaderV1, PastRequestV1, PolicyCellV1, PolicyHeaderV1, PriorCellV1,
-    PriorPageV1, PriorRequestV1, RecordV5, RobotV1, RoutePageV1, RouteRequestV1, SeenCellV4, StateV4,
-    TeamHeaderV1, TempoV1, TruthPageV1, TruthRequestV1, WaypointV1, Wire, announcement_from_wire,
-    brief_from_wire, map_page_from_wire, page_from_wire, patch_from_wire, policy_from_wire,
-    prior_page_from_wire, route_page_from_wire, team_from_wire, truth_page_from_wire,
+    AnnouncementV1, BriefV10, CommandV3, ControlV1, DetailPageV1, DetailRequestV1, GroundV2, HeartbeatV2,
+    MapPageV2, MapPatchV2, MapRequestV1, MemberV6, PastHeaderV1, PastRequestV1, PathPointV1, PolicyCellV1,
+    PolicyHeaderV1, PriorCellV1, PriorPageV1, PriorRequestV1, RecordV5, RobotV1, RoutePageV1, RouteRequestV1,
+    SeenCellV4, StateV4, TeamHeaderV1, TempoV1, TruthPageV1, TruthRequestV1, WaypointV1, Wire,
+    announcement_from_wire, brief_from_wire, detail_page_from_wire, map_page_from_wire, page_from_wire,
+    patch_from_wire, policy_from_wire, prior_page_from_wire, route_page_from_wire, team_from_wire,
+    truth_page_from_wire,
 };
 use contract::{
-    Announcement, Cell, Command, Control, Decision, Direction, Ground, Heartbeat, MapPage, MapPatch,
-    MapRequest, Member, Order, Pace, Pacing, PastRequest, Placement, Policy, PolicyCell, PriorCell,
-    PriorPage, PriorRequest, Record, Refusal, RobotId, Route, RoutePage, RouteRequest, SeenCell, SpeedPrior,
-    Standing, State, Team, TruthPage, TruthRequest, Waypoint,
+    Announcement, Cell, Command, Control, Decision, Detail, DetailPage, DetailRequest, Direction, Ground,
+    Heartbeat, MapPage, MapPatch, MapRequest, Member, MotionModel, Order, Pace, Pacing, PastRequest,
+    PathPoint, Placement, Policy, PolicyCell, PriorCell, PriorPage, PriorRequest, Record, Refusal, RobotId,
+    Route, RoutePage, RouteRequest, SeenCell, SpeedPrior, Standing, State, Team, TruthPage, TruthRequest,
+    Waypoint,
 };
 use hopper_sim::ROBOT;
 use perception::Observation;
@@ -125,6 +127,17 @@ pub fn prior_page(bytes: &[u8]) {
         prior_page_from_wire(&PriorPageV1::from(page), &cells)
     });
     there_and_back::<PriorRequestV1, PriorRequest>(&header(bytes).0);
+}
+
+/// Reads an answer of `hop/details`.
+pub fn detail_page(bytes: &[u8]) {
+    let (page, rest) = header(bytes);
+    paged(detail_page_from_wire(&page, &payload(rest)), |page| {
+        assert!(page.detail.path.len() <= DETAIL_POINTS_MAX);
+        let points: Vec<PathPointV1> = page.detail.path.iter().map(PathPointV1::from).collect();
+        detail_page_from_wire(&DetailPageV1::from(page), &points)
+    });
+    there_and_back::<DetailRequestV1, DetailRequest>(&header(bytes).0);
 }
 
 /// Reads a message of `hop/rN/policy`.
@@ -362,6 +375,22 @@ pub fn prior_pages() -> Vec<Vec<u8>> {
     let page = PriorPage { run: state.run, grid: fixtures::brief().grid, from: 1, cells };
     let cells: Vec<PriorCellV1> = page.cells.iter().map(PriorCellV1::from).collect();
     vec![bytes_of(&PriorPageV1::from(&page), &cells)]
+}
+
+/// A hop of two points.
+#[must_use]
+pub fn detail_pages() -> Vec<Vec<u8>> {
+    let state = &fixtures::flown().1[0];
+    let point = |seconds| PathPoint { seconds, at_m: [0.5, 1.5, 2.0], leaves_mps: [1.0, 0.0, 1.0] };
+    let detail = Detail {
+        model: MotionModel::Contact,
+        rest_m: [1.5, 1.5, 2.0],
+        path: vec![point(0.0), point(0.7)],
+        figures: [0.0; contract::motion_model::FIGURES],
+    };
+    let page = DetailPage { run: state.run, decision: state.decision, detail };
+    let points: Vec<PathPointV1> = page.detail.path.iter().map(PathPointV1::from).collect();
+    vec![bytes_of(&DetailPageV1::from(&page), &points)]
 }
 
 /// Two rovers, the second of which is due.
