@@ -40,6 +40,12 @@ pub struct Passed {
     arguments: Vec<OsString>,
 }
 
+/// The program that serves `command`, if it is another than `hopper`.
+#[must_use]
+pub fn serving(command: &str) -> Option<&'static str> {
+    TOOLS.iter().find(|(_, commands)| commands.contains(&command)).map(|(program, _)| *program)
+}
+
 /// Replaces this process with the program that serves `command`.
 ///
 /// # Errors
@@ -48,8 +54,7 @@ pub struct Passed {
 /// # Panics
 /// If no program serves `command`.
 pub fn run(command: &str, passed: &Passed) -> Result<Exit, Failure> {
-    let serves = |(_, commands): &&(&str, &[&str])| commands.contains(&command);
-    let (program, _) = TOOLS.iter().find(serves).expect("a command of a tool");
+    let program = serving(command).expect("a command of a tool");
     let arguments =
         std::iter::once(OsStr::new(command)).chain(passed.arguments.iter().map(OsString::as_os_str));
     exec(program, arguments)
@@ -60,9 +65,7 @@ pub fn run(command: &str, passed: &Passed) -> Result<Exit, Failure> {
 pub fn help(mut words: impl Iterator<Item = OsString>) -> Option<(&'static str, Vec<OsString>)> {
     words.next().filter(|word| word == "help")?;
     let words: Vec<OsString> = words.chain([OsString::from("--help")]).collect();
-    let serves = |(_, commands): &&(&str, &[&str])| commands.iter().any(|command| words[0] == *command);
-    let (program, _) = TOOLS.iter().find(serves)?;
-    Some((program, words))
+    Some((serving(words[0].to_str()?)?, words))
 }
 
 /// Replaces this process with `program`, which keeps its process number, standard streams and exit code.

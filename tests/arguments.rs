@@ -4,11 +4,11 @@ use std::ffi::{OsStr, OsString};
 use std::os::unix::ffi::OsStringExt as _;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
-use std::sync::OnceLock;
 
 use rustix::fs::{CWD, FileType, Mode, mknodat};
 
-use crate::harness::{hopper, program, stderr};
+use crate::harness::{hopper, stderr};
+use crate::tools::is_served;
 
 /// A folder with a mission that was flown, a campaign, a recording, an elevation model, and places where nothing can be
 /// written.
@@ -72,29 +72,6 @@ fn clear(output: &Output, what: &str) -> i32 {
     code
 }
 
-/// The programs that serve the commands below.
-fn build_tools() {
-    for name in ["hopper-dynamics", "hopper-recordings", "hopper-research", "hopper-qa"] {
-        program(name);
-    }
-    if has_pictures() {
-        program("hopper-figures");
-        program("hopper-manual");
-    }
-}
-
-/// Whether the programs of pictures and manual are built, which takes longer than that of all others.
-fn has_pictures() -> bool {
-    static HAS: OnceLock<bool> = OnceLock::new();
-    *HAS.get_or_init(|| !suites::is_left_out("pictures and manual"))
-}
-
-/// Whether the program that serves a command is built.
-fn is_served(words: &[&str]) -> bool {
-    let draws = words.starts_with(&["journal", "draw"]) && words.ends_with(&["--out"]);
-    has_pictures() || !(draws || ["gif", "man", "completions"].contains(&words[0]))
-}
-
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Writes {
     /// A file of one of these formats; anything if there is none.
@@ -137,7 +114,6 @@ const SLOW_WRITERS: &[&[&str]] = &[
 /// pipe, or a name of another format. A path to read that is something else is refused.
 #[test]
 fn a_path_to_write_is_written_as_asked_or_refused() {
-    build_tools();
     let place = Place::new();
     let writers = WRITERS.iter().filter(|(words, _)| is_served(words));
     for (number, (words, writes)) in writers.enumerate() {
@@ -219,7 +195,6 @@ const READERS: &[&[&str]] = &[
 /// P-PATHS. A path to read that does not exist, or is something else, is refused.
 #[test]
 fn a_path_to_read_that_is_something_else_is_refused() {
-    build_tools();
     let place = Place::new();
     let odd = OsString::from_vec(b"odd-\xff".to_vec());
     for words in READERS.iter().filter(|words| is_served(words)) {
@@ -294,7 +269,6 @@ const VALUES: &[&[&str]] = &[
 /// P-FLAGS. Invalid numbers, durations and names.
 #[test]
 fn a_value_that_is_none_is_refused() {
-    build_tools();
     let place = Place::new();
     for words in VALUES.iter().filter(|words| is_served(words)) {
         for value in ["", "-1", "NaN", "1e999", "0x10", "99999999999999999999999999", "\u{fffd} x"] {
@@ -342,7 +316,6 @@ const PRINTERS: &[&[&str]] = &[
 /// environment.
 #[test]
 fn every_command_prints_to_whatever_is_there() {
-    build_tools();
     let place = Place::new();
     for words in PRINTERS.iter().filter(|words| is_served(words)) {
         let plain = clear(&place.run(words, &[]), &format!("{words:?}"));
@@ -369,7 +342,6 @@ fn every_command_prints_to_whatever_is_there() {
 /// its flag is answered with the flag.
 #[test]
 fn a_name_that_is_nearly_right_is_answered_with_the_right_one() {
-    build_tools();
     let place = Place::new();
     std::fs::copy(place.path("flown/scenario.toml"), place.path("mine.toml")).unwrap();
     for (words, meant) in [

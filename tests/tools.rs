@@ -1,9 +1,29 @@
 //! Commands that programs of their own serve: passed on to them, or refused with the way to build them.
 
 use std::process::Command;
+use std::sync::OnceLock;
 
 use crate::harness::{hopper, program, stderr};
-use hopper::tool::TOOLS;
+use hopper::tool::{TOOLS, serving};
+
+/// Whether the program that serves a command is to be there. The programs of pictures and manual are built for their suite only,
+/// since that takes longer than all others.
+pub fn is_served(words: &[&str]) -> bool {
+    static HAS_PICTURES: OnceLock<bool> = OnceLock::new();
+    let draws = words.starts_with(&["journal", "draw"]) && words.ends_with(&["--out"]);
+    let tool =
+        if draws { Some("hopper-figures") } else { words.first().and_then(|command| serving(command)) };
+    match tool {
+        Some(tool @ ("hopper-figures" | "hopper-manual")) => {
+            let has = *HAS_PICTURES.get_or_init(|| !suites::is_left_out("pictures and manual"));
+            if has {
+                program(tool);
+            }
+            has
+        }
+        _ => true,
+    }
+}
 
 #[test]
 fn a_tool_that_is_not_built_is_named_with_the_command_that_builds_it() {
@@ -25,7 +45,6 @@ fn a_tool_that_is_not_built_is_named_with_the_command_that_builds_it() {
 
 #[test]
 fn a_tool_gets_the_arguments_and_gives_its_exit_code() {
-    program("hopper-research");
     let output = hopper(&["known", "plan", "rocks", "--w1", "0.5"]).output().unwrap();
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
     assert!(String::from_utf8_lossy(&output.stdout).starts_with("rocks ground"), "{output:?}");

@@ -219,8 +219,13 @@ impl Drop for Mission {
     }
 }
 
-/// `hopper WORDS`, free of the caller's settings.
+/// `hopper WORDS`, free of the caller's settings; the program that serves the command is built too.
 pub fn hopper(words: &[&str]) -> Command {
+    if let Some(tool) =
+        words.iter().find(|word| **word != "help").and_then(|command| hopper::tool::serving(command))
+    {
+        program(tool);
+    }
     let mut command = Command::new(program("hopper"));
     command.args(words).env_remove("HOPPER_INSTANCE").env_remove("HOPPER_CRASH").stdin(Stdio::null());
     command

@@ -8,15 +8,6 @@ use contact::{Aim, Body, Field, Known, LaunchErrors, Noise, Place, Soil, Surface
 use nalgebra::Vector3;
 
 const SIDE: usize = 128;
-const HARD: Soil = Soil {
-    restitution: 0.35,
-    restitution_speed_mps: f64::INFINITY,
-    restitution_gravity_mps2: f64::INFINITY,
-    friction: 0.6,
-    rolling: 0.577,
-    foot: 1.2,
-    roughness_rad: 0.15,
-};
 
 /// Ground of 128 × 128 cells of a metre, rough by some decimetres.
 struct Rough {
@@ -52,7 +43,7 @@ fn main() {
     let body = Body { radius_m: 0.1, inertia: 0.4 };
     let gravity_mps2 = 3.72;
     // Elastic enough to bounce often, as the bounces of a hop are what is counted.
-    let surface = rough(Soil { restitution: 0.8, ..HARD });
+    let surface = rough(Soil { restitution: 0.8, ..Soil::HARD });
     let place = Place { surface: &surface, body: &body, gravity_mps2, hop_m: 1.0 };
     let (mut bounces, mut hops) = (0_u64, 0_u64);
     let started = Instant::now();
@@ -71,7 +62,7 @@ fn main() {
         bounces as f64 / hops as f64
     );
 
-    let surface = rough(HARD);
+    let surface = rough(Soil::HARD);
     let place = Place { surface: &surface, body: &body, gravity_mps2, hop_m: 1.0 };
     let aim = Aim { target_m: [1.0, 0.1], elevation_rad: std::f64::consts::FRAC_PI_4, speed_max_mps: 2.6 };
     let errors = LaunchErrors { speed: 0.1, azimuth_rad: 0.15, elevation_rad: 0.03 };
@@ -84,7 +75,8 @@ fn main() {
                 let (x, y) = (20.0 + (hops % 80) as f64, 20.0 + (hops / 80 % 80) as f64);
                 let start = Vector3::new(x, y, surface.height_m(x, y));
                 let normal = surface.normal(x, y);
-                let known = Known { gradient: [-normal.x / normal.z, -normal.y / normal.z], soil: HARD };
+                let known =
+                    Known { gradient: [-normal.x / normal.z, -normal.y / normal.z], soil: Soil::HARD };
                 let speed_mps = if trims { aim.trimmed_mps(&body, gravity_mps2, &known) } else { 1.9 };
                 if let Some(held) = place.foothold(start, aim.launch(speed_mps, &errors, noise)) {
                     std::hint::black_box(place.hop(start, held, noise));

@@ -20,6 +20,21 @@ pub struct Soil {
 }
 
 impl Soil {
+    /// Hard ground of planets, on which a body rests up to 30°.
+    pub const HARD: Self = Self {
+        restitution: 0.35,
+        restitution_speed_mps: f64::INFINITY,
+        restitution_gravity_mps2: f64::INFINITY,
+        friction: 0.6,
+        rolling: 0.577,
+        foot: 1.2,
+        roughness_rad: 0.15,
+    };
+
+    /// Sand of planets: no rebound, and no foothold at 45°.
+    pub const SAND: Self =
+        Self { restitution: 0.0, rolling: 0.7, foot: 0.7, roughness_rad: 0.05, ..Self::HARD };
+
     /// e(v_n, g) = e₀ min(1, (v_e / v_n)^¼) / (1 + g / g_e), at a normal speed of v_n above 0.
     #[must_use]
     pub fn restitution_at(&self, normal_mps: f64, gravity_mps2: f64) -> f64 {

@@ -3,16 +3,6 @@
 use contact::{Aim, Body, Known, LaunchErrors, Noise, Place, Plane, Soil, Surface};
 use nalgebra::Vector3;
 
-const HARD: Soil = Soil {
-    restitution: 0.35,
-    restitution_speed_mps: f64::INFINITY,
-    restitution_gravity_mps2: f64::INFINITY,
-    friction: 0.6,
-    rolling: 0.577,
-    foot: 1.2,
-    roughness_rad: 0.15,
-};
-const SAND: Soil = Soil { restitution: 0.0, rolling: 0.7, foot: 0.7, roughness_rad: 0.05, ..HARD };
 const HOPS: u64 = 4_000;
 
 /// Shares of hops that rest on the cell aimed at, on that of departure, and elsewhere, and how far downhill they rest on average, metres.
@@ -58,7 +48,7 @@ fn hops_on_planes_rest_as_an_independent_program_says() {
         ("across 10°", 0.0, 10.0, [0.93, 0.01, 0.07], [0.95, 0.0, 0.05]),
         ("across 20°", 0.0, 20.0, [0.54, 0.01, 0.44], [0.64, 0.01, 0.35]),
     ] {
-        for (soil, word, need) in [(HARD, "hard", hard), (SAND, "sand", sand)] {
+        for (soil, word, need) in [(Soil::HARD, "hard", hard), (Soil::SAND, "sand", sand)] {
             let (got, downhill_m) = shares(soil, along, across);
             println!("{word} {name}: {got:.3?} {need:?} {downhill_m:.2} m downhill");
             // Rounded to hundredths there, and three standard errors here.

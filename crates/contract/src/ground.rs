@@ -14,6 +14,20 @@ pub enum Soil {
     Sand,
 }
 
+impl Soil {
+    /// Both.
+    pub const ALL: [Soil; 2] = [Soil::Hard, Soil::Sand];
+
+    /// The name in scenarios and tables.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Soil::Hard => "hard",
+            Soil::Sand => "sand",
+        }
+    }
+}
+
 /// How fast a driving rover gets on in a cell: one of the four speeds of Folsom et al. 2021.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]

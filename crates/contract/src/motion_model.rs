@@ -74,7 +74,7 @@ impl std::str::FromStr for MotionModel {
         Self::ALL.iter().copied().find(|model| model.name() == text).ok_or_else(|| {
             let names: Vec<&str> = Self::ALL.iter().map(|model| model.name()).collect();
             let meant = did_you_mean(text, names.iter().copied());
-            format!("a motion model is {}, got {text:?}{meant}", names.join(" or "))
+            format!("a motion model is one of {}, got {text:?}{meant}", names.join(", "))
         })
     }
 }

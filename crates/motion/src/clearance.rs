@@ -8,13 +8,18 @@ use contract::{Cell, Direction, Grid, MotionParameters, Soil};
 
 use crate::{GroundProfile, Launch, collision_m, soil_motion};
 
-/// The launch of each flight of a hop from a soil: as many as the soil takes, each of a part of the distance.
+/// The launch of a flight over a distance on the flat: v² = g d / sin 2η.
+#[must_use]
+pub fn launch_over(parameters: &MotionParameters, distance_m: f64) -> Launch {
+    let (angle_rad, gravity_mps2) = (parameters.launch_angle_rad, parameters.gravity_mps2);
+    let squared = gravity_mps2 * distance_m / libm::sin(2.0 * angle_rad);
+    Launch { speed_mps: squared.sqrt(), angle_rad, gravity_mps2 }
+}
+
+/// The launch of each flight of a hop from a soil: as many as the soil takes, each over a part of the distance.
 #[must_use]
 pub fn design_launch(parameters: &MotionParameters, grid: &Grid, soil: Soil) -> Launch {
-    let flights = f64::from(soil_motion(parameters, soil).flights);
-    let (angle_rad, gravity_mps2) = (parameters.launch_angle_rad, parameters.gravity_mps2);
-    let squared = gravity_mps2 * grid.hop_distance_m() / flights / libm::sin(2.0 * angle_rad);
-    Launch { speed_mps: squared.sqrt(), angle_rad, gravity_mps2 }
+    launch_over(parameters, grid.hop_distance_m() / f64::from(soil_motion(parameters, soil).flights))
 }
 
 /// Whether a hop from a cell towards another clears the ground, whose height in the middle of a cell `height_m` gives; between the middles it is straight.

@@ -34,7 +34,7 @@ pub mod step_count;
 pub mod transition;
 pub mod vertical;
 
-pub use clearance::{clears, design_launch};
+pub use clearance::{clears, design_launch, launch_over};
 pub use collision::{GroundProfile, collision_m};
 pub use draw::{Domain, Draw};
 pub use flight::{arc_height_m, flight, launch_velocity_mps, position_m};

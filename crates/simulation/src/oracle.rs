@@ -27,6 +27,7 @@ use self::uncertain::Uncertain;
 mod actor;
 mod along;
 mod body;
+mod collision;
 mod contact;
 mod covering;
 mod events;

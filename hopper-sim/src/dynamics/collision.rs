@@ -7,7 +7,7 @@ use contract::{Branch, Detail, Direction, Flight, MotionModel as Model, Outcome,
 use motion::{Domain, Draw};
 use scenario::CollisionRules;
 
-use super::{Hop, Landing, MotionModel, height_m};
+use super::{Hop, Landing, MotionModel, height_m, middle_m};
 use crate::Mission;
 
 /// The law with collisions.
@@ -51,8 +51,7 @@ impl MotionModel for Collision {
             flight_time_s: launch.time_s(range_m),
             flights,
         };
-        let middle = |cells: i32| (f64::from(cells) + 0.5) * grid.cell_size_m;
-        let at = |cell: contract::Cell| [middle(cell.x), middle(cell.y), height_m(terrain, cell, from)];
+        let at = |cell| middle_m(mission, cell, from);
         let leaves = motion::launch_velocity_mps(&flight, direction);
         let path = vec![PathPoint { seconds: 0.0, at_m: at(from), leaves_mps: leaves.into() }];
         let figures = [f64::from(u8::from(collides)), 0.0, 0.0, 0.0, 0.0, 0.0];

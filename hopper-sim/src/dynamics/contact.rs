@@ -2,32 +2,26 @@
 
 use std::sync::Arc;
 
-use ::contact::{Aim, Body, End, Field, Known, LaunchErrors, Noise, Place, Soil, Surface};
+use ::contact::{Aim, End, Field, Known, Noise, Place, Soil, Surface};
 use contract::{
-    Branch, Cell, Detail, Direction, Flight, Grid, Hopper, MotionModel as Model, Outcome, PathPoint,
+    Branch, Cell, Detail, Direction, Flight, Grid, MotionModel as Model, Outcome, PathPoint, Waypoint,
 };
 use motion::{Domain, Draw};
 use nalgebra::Vector3;
-use scenario::{ContactParameters, ContactRules, ContactSoil};
+use scenario::{ContactParameters, ContactRules};
 use terrain::Terrain;
 
 use super::{Hop, Landing, MotionModel};
 use crate::Mission;
 
-/// Largest launch speed, in those of the design hop on the flat.
-const SPEED_MAX: f64 = 1.35;
-
-/// Longest time that an outcome may have, seconds.
+/// Longest time that outcome and path may tell, seconds.
 const SECONDS_MAX: f64 = 1.0e6;
 
 /// A sphere on the true ground.
 #[derive(Debug)]
 pub struct Contact {
     surface: Surface<TrueGround>,
-    body: Body,
-    errors: LaunchErrors,
-    nominal: [Soil; 2],
-    speed_max_mps: Option<f64>,
+    parameters: ContactParameters,
 }
 
 /// The terrain as the body feels it.
@@ -53,39 +47,22 @@ impl Field for TrueGround {
 
     fn soil(&self, column: usize, row: usize) -> &Soil {
         let ground = &self.terrain.cells[row * self.terrain.grid.width as usize + column];
-        &self.soils[kind(ground.soil)]
+        &self.soils[ground.soil as usize]
     }
 }
 
 impl Contact {
     /// The model of a mission with these rules.
     pub fn new(mission: &Mission, rules: &ContactRules) -> Self {
-        let ContactParameters { radius_m, inertia, speed_max_mps, launch_errors, soils, nominal } =
-            rules.parameters();
-        let [speed, azimuth_rad, elevation_rad] = launch_errors;
-        let ground = TrueGround { terrain: Arc::clone(&mission.terrain), soils: soils.map(soil) };
-        Self {
-            surface: Surface::new(ground),
-            body: Body { radius_m, inertia },
-            errors: LaunchErrors { speed, azimuth_rad, elevation_rad },
-            nominal: nominal.map(soil),
-            speed_max_mps,
-        }
-    }
-
-    /// Largest launch speed of a body, m/s.
-    fn speed_max_mps(&self, body: &Hopper, grid: &Grid) -> f64 {
-        let motion = &body.motion;
-        let design = motion.gravity_mps2 * grid.hop_distance_m() / libm::sin(2.0 * motion.launch_angle_rad);
-        self.speed_max_mps.unwrap_or(SPEED_MAX * libm::sqrt(design))
+        let parameters = rules.parameters();
+        let ground = TrueGround { terrain: Arc::clone(&mission.terrain), soils: parameters.soils };
+        Self { surface: Surface::new(ground), parameters }
     }
 
     /// Where the body rests before a hop.
     fn departure(&self, hop: &Hop<'_>) -> Vector3<f64> {
-        let [east, north] = match hop.rest_m {
-            Some([east, north, _]) => [east, north],
-            None => middle_m(&hop.mission.brief.grid, hop.from),
-        };
+        let middle = Waypoint::middle_of(&hop.mission.brief.grid, hop.from);
+        let [east, north] = hop.rest_m.map_or([middle.x_m, middle.y_m], |[east, north, _]| [east, north]);
         Vector3::new(east, north, self.surface.height_m(east, north))
     }
 }
@@ -95,21 +72,23 @@ impl MotionModel for Contact {
     fn hop(&self, hop: &Hop<'_>) -> Landing {
         let Hop { mission, robot, body, decision, from, direction, .. } = *hop;
         let (grid, gravity_mps2) = (&mission.brief.grid, body.motion.gravity_mps2);
+        let ContactParameters { body: sphere, errors, nominal, .. } = &self.parameters;
+        let design = motion::launch_over(&body.motion, grid.hop_distance_m());
         let start = self.departure(hop);
-        let [east, north] = middle_m(grid, grid.hop(from, direction));
+        let target = Waypoint::middle_of(grid, grid.hop(from, direction));
         let aim = Aim {
-            target_m: [east - start.x, north - start.y],
+            target_m: [target.x_m - start.x, target.y_m - start.y],
             elevation_rad: body.motion.launch_angle_rad,
-            speed_max_mps: self.speed_max_mps(body, grid),
+            speed_max_mps: self.parameters.speed_max_mps(design.speed_mps),
         };
         let ground = mission.terrain.ground(from).expect("a mission underway stands on its terrain");
-        let known = Known { gradient: ground.gradient, soil: self.nominal[kind(ground.soil)] };
-        let trimmed_mps = aim.trimmed_mps(&self.body, gravity_mps2, &known);
+        let known = Known { gradient: ground.gradient, soil: nominal[ground.soil as usize] };
+        let trimmed_mps = aim.trimmed_mps(sphere, gravity_mps2, &known);
         let (key, stream) = Draw::key(mission.seed, Domain::Contact, robot, decision);
         let noise = &mut Noise::new(key, stream);
         let place =
-            Place { surface: &self.surface, body: &self.body, gravity_mps2, hop_m: grid.hop_distance_m() };
-        let launch = aim.launch(trimmed_mps, &self.errors, noise);
+            Place { surface: &self.surface, body: sphere, gravity_mps2, hop_m: grid.hop_distance_m() };
+        let launch = aim.launch(trimmed_mps, errors, noise);
         match place.foothold(start, launch) {
             Some(launched) => {
                 told(grid, from, direction, start, &place.hop(start, launched, noise), gravity_mps2)
@@ -124,8 +103,8 @@ impl MotionModel for Contact {
         let Some(mut detail) = landing.detail else { return landing };
         let cells = detail.path.iter().rev().map(|point| lattice_cell(grid, from, point.at_m));
         let to = cells.into_iter().find(|cell| !is_taken(*cell)).unwrap_or(from);
-        let [east, north] = middle_m(grid, to);
-        detail.rest_m = [east, north, self.surface.height_m(east, north)];
+        let Waypoint { x_m, y_m } = Waypoint::middle_of(grid, to);
+        detail.rest_m = [x_m, y_m, self.surface.height_m(x_m, y_m)];
         detail.figures[DISPLACED] = 1.0;
         let branch = branch_of(grid, from, hop.direction, to);
         Landing { outcome: Outcome { branch, to, ..landing.outcome }, detail: Some(detail) }
@@ -175,7 +154,7 @@ fn told(
     };
     let first = PathPoint { seconds: 0.0, at_m: start.into(), leaves_mps: launched.into() };
     let impacts = hop.impacts.iter().map(|impact| PathPoint {
-        seconds: impact.seconds,
+        seconds: impact.seconds.min(SECONDS_MAX),
         at_m: impact.position.into(),
         leaves_mps: impact.after.into(),
     });
@@ -198,14 +177,14 @@ fn branch_of(grid: &Grid, from: Cell, direction: Direction, to: Cell) -> Branch 
 
 /// The nearest cell of the lattice of whole hops around `from` that is on the map.
 fn lattice_cell(grid: &Grid, from: Cell, [east, north, _]: [f64; 3]) -> Cell {
-    let (middle, hop_m) = (middle_m(grid, from), grid.hop_distance_m());
+    let (middle, hop_m) = (Waypoint::middle_of(grid, from), grid.hop_distance_m());
     let along = |metres: f64, middle: f64, from: i32, cells: u32| {
         let hop = grid.hop_cells as i32;
         let (least, most) = (-(from / hop), (cells as i32 - 1 - from) / hop);
         let hops = libm::floor((metres - middle) / hop_m + 0.5).clamp(f64::from(least), f64::from(most));
         from + hop * hops as i32
     };
-    Cell { x: along(east, middle[0], from.x, grid.width), y: along(north, middle[1], from.y, grid.height) }
+    Cell { x: along(east, middle.x_m, from.x, grid.width), y: along(north, middle.y_m, from.y, grid.height) }
 }
 
 /// The cell outside of the map next to `cell`, on the side where a body left it.
@@ -226,11 +205,6 @@ fn beyond(grid: &Grid, cell: Cell, at: Vector3<f64>) -> Cell {
     cell
 }
 
-/// The middle of a cell: east and north, metres.
-fn middle_m(grid: &Grid, cell: Cell) -> [f64; 2] {
-    [cell.x, cell.y].map(|cells| (f64::from(cells) + 0.5) * grid.cell_size_m)
-}
-
 /// How a hop ended, as a figure.
 fn code(end: End) -> f64 {
     match end {
@@ -240,26 +214,5 @@ fn code(end: End) -> f64 {
         End::LeftMap => 4.0,
         End::RolledAway => 5.0,
         End::BouncedOn => 6.0,
-    }
-}
-
-fn kind(soil: contract::Soil) -> usize {
-    match soil {
-        contract::Soil::Hard => 0,
-        contract::Soil::Sand => 1,
-    }
-}
-
-fn soil(soil: ContactSoil) -> Soil {
-    let ContactSoil { restitution, restitution_speed_mps, restitution_gravity_mps2, .. } = soil;
-    let ContactSoil { friction, rolling, foot, roughness_rad, .. } = soil;
-    Soil {
-        restitution,
-        restitution_speed_mps,
-        restitution_gravity_mps2,
-        friction,
-        rolling,
-        foot,
-        roughness_rad,
     }
 }

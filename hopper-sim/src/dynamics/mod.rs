@@ -6,7 +6,7 @@
 use std::fmt::Debug;
 use std::sync::Arc;
 
-use contract::{Cell, Decision, Detail, Direction, Hopper, Outcome, RobotId};
+use contract::{Cell, Decision, Detail, Direction, Hopper, Outcome, RobotId, Waypoint};
 use scenario::Dynamics;
 use terrain::Terrain;
 
@@ -75,13 +75,8 @@ pub trait MotionModel: Debug + Send + Sync {
     /// As `hop`, which would have ended on a cell that another robot takes up.
     fn displaced(&self, hop: &Hop<'_>, landing: Landing, is_taken: &dyn Fn(Cell) -> bool) -> Landing {
         let _ = is_taken;
-        let grid = &hop.mission.brief.grid;
-        let middle_m = |cells: i32| (f64::from(cells) + 0.5) * grid.cell_size_m;
-        let height_m = height_m(&hop.mission.terrain, hop.from, hop.from);
-        let detail = landing.detail.map(|detail| Detail {
-            rest_m: [middle_m(hop.from.x), middle_m(hop.from.y), height_m],
-            ..detail
-        });
+        let rest_m = middle_m(hop.mission, hop.from, hop.from);
+        let detail = landing.detail.map(|detail| Detail { rest_m, ..detail });
         Landing { outcome: Outcome { to: hop.from, ..landing.outcome }, detail }
     }
 }
@@ -89,4 +84,10 @@ pub trait MotionModel: Debug + Send + Sync {
 /// Height of the ground at `cell`, metres; that of `other` outside of the map.
 fn height_m(terrain: &Terrain, cell: Cell, other: Cell) -> f64 {
     terrain.ground(cell).or_else(|| terrain.ground(other)).map_or(0.0, |ground| ground.height_m)
+}
+
+/// The middle of `cell` on the ground, (east, north, up), metres; outside of the map at the height of `other`.
+fn middle_m(mission: &Mission, cell: Cell, other: Cell) -> [f64; 3] {
+    let Waypoint { x_m, y_m } = Waypoint::middle_of(&mission.brief.grid, cell);
+    [x_m, y_m, height_m(&mission.terrain, cell, other)]
 }

@@ -1,5 +1,6 @@
 //! `hopper motion derive`: where hops end, by soil and slope, from physics.
 
+use contract::Soil;
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
@@ -9,14 +10,14 @@ use report::{Format, table};
 use scenario::Preset;
 
 use crate::drawing::figure;
-use crate::hopper_on::Kind;
 use crate::landing_table::{Class, LandingTable};
+
+/// Shown below the help.
+pub(crate) const EXAMPLES: &str = "Examples:\n  hopper motion derive --preset mars\n  hopper motion derive --preset ryugu --hops 5000 --out tables";
 
 /// Arguments of `hopper motion derive`.
 #[derive(clap::Args, Clone, Debug)]
-#[command(
-    after_help = "Examples:\n  hopper motion derive --preset mars\n  hopper motion derive --preset ryugu --hops 5000 --out tables"
-)]
+#[command(after_help = EXAMPLES)]
 pub struct Args {
     /// Body whose gravity and soils are taken: moon, mars, phobos, ryugu or bennu.
     #[arg(long, default_value_t, value_name = "BODY")]
@@ -81,7 +82,7 @@ fn csv(derived: &LandingTable) -> String {
 /// The classes straight up and down, and straight across.
 fn text(derived: &LandingTable) -> String {
     let mut rows = Vec::new();
-    for soil in Kind::ALL {
+    for soil in Soil::ALL {
         for class in &derived.classes {
             let is_shown = class.along_deg.abs() % 5.0 == 0.0 && class.across_deg.abs() % 5.0 == 0.0;
             let is_straight = class.across_deg == 0.0 || class.along_deg == 0.0;

@@ -1,21 +1,20 @@
 //! The figure of a landing table beside the law of the papers.
 
+use contract::Soil;
 use report::picture::{Chart, Curves, Line};
 use scatter::{FlatScatter, slope_in_limits};
+use scenario::{Robot, Scatter};
 
-use crate::hopper_on::Kind;
 use crate::landing_table::{BIN_DEG, LandingTable};
 
 /// The law of P23 on a soil.
-fn law(soil: Kind) -> FlatScatter {
-    match soil {
-        Kind::Hard => FlatScatter { intended: 0.9, stuck: 0.0, sideways: 0.05 },
-        Kind::Sand => FlatScatter { intended: 0.7, stuck: 0.1, sideways: 0.1 },
-    }
+fn law(soil: Soil) -> FlatScatter {
+    let Scatter { intended, stuck, sideways, .. } = match soil {
+        Soil::Hard => Scatter::default(),
+        Soil::Sand => Scatter::on_sand(),
+    };
+    FlatScatter { intended, stuck, sideways }
 }
-
-/// The slope at which the law lets no hop get anywhere, radians.
-const SLOPE_LIMIT_RAD: f64 = std::f64::consts::FRAC_PI_6;
 
 /// Shares of hops that rest where they aim, by the slope towards the target, on both soils, by physics and by the law.
 #[must_use]
@@ -25,9 +24,10 @@ pub fn figure(table: &LandingTable) -> String {
         let share = |&along: &f64| table.straight(soil, along).map(|class| class.share(offset));
         at.iter().map(share).collect::<Vec<_>>()
     };
+    let slope_limit_rad = Robot::default().slope_limit_deg.to_radians();
     let of_law = |soil, stays: bool| {
         let share = |&along: &f64| {
-            let ahead = slope_in_limits(libm::tan(along.to_radians()), SLOPE_LIMIT_RAD);
+            let ahead = slope_in_limits(libm::tan(along.to_radians()), slope_limit_rad);
             let scatter = law(soil).on_slope(ahead, 0.0);
             Some(if stays { scatter.stayed } else { scatter.intended })
         };
@@ -36,10 +36,10 @@ pub fn figure(table: &LandingTable) -> String {
     let chart = |quantity: &str, offset, stays| Chart {
         quantity: quantity.into(),
         lines: vec![
-            Line { name: "physics, hard".into(), values: derived(Kind::Hard, offset) },
-            Line { name: "physics, sand".into(), values: derived(Kind::Sand, offset) },
-            Line { name: "law, hard".into(), values: of_law(Kind::Hard, stays) },
-            Line { name: "law, sand".into(), values: of_law(Kind::Sand, stays) },
+            Line { name: "physics, hard".into(), values: derived(Soil::Hard, offset) },
+            Line { name: "physics, sand".into(), values: derived(Soil::Sand, offset) },
+            Line { name: "law, hard".into(), values: of_law(Soil::Hard, stays) },
+            Line { name: "law, sand".into(), values: of_law(Soil::Sand, stays) },
         ],
     };
     Curves {

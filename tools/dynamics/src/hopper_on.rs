@@ -1,91 +1,40 @@
 //! A hopper with the parameters of a preset on a plane of one soil.
 
-use contact::{Aim, Body, Hop, Known, LaunchErrors, Noise, Place, Plane, Soil, Surface};
+use contact::{Aim, Hop, Known, Noise, Place, Plane, Soil, Surface};
 use nalgebra::Vector3;
-use scenario::{ContactParameters, ContactRules, ContactSoil, Preset};
+use scenario::{ContactParameters, ContactRules, Preset};
 
 /// Length of the hops, metres.
 pub const HOP_M: f64 = 1.0;
 
-/// Largest launch speed, in those of the design hop on the flat.
-const SPEED_MAX: f64 = 1.35;
-
-/// Whose soil it is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Kind {
-    /// Hard ground.
-    Hard,
-    /// Sand.
-    Sand,
-}
-
-impl Kind {
-    /// Both.
-    pub const ALL: [Kind; 2] = [Kind::Hard, Kind::Sand];
-
-    /// In words.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Kind::Hard => "hard",
-            Kind::Sand => "sand",
-        }
-    }
-}
-
 /// The soil of a preset as the engine has it.
 #[must_use]
-pub fn soil_of(preset: Preset, kind: Kind) -> Soil {
-    let ContactSoil {
-        restitution,
-        restitution_speed_mps,
-        restitution_gravity_mps2,
-        friction,
-        rolling,
-        foot,
-        roughness_rad,
-    } = preset.soils()[kind as usize];
-    Soil {
-        restitution,
-        restitution_speed_mps,
-        restitution_gravity_mps2,
-        friction,
-        rolling,
-        foot,
-        roughness_rad,
-    }
+pub fn soil_of(preset: Preset, soil: contract::Soil) -> Soil {
+    preset.soils()[soil as usize]
 }
 
 /// A hopper on a plane.
 #[derive(Debug)]
 pub struct HopperOn {
     surface: Surface<Plane>,
-    body: Body,
-    errors: LaunchErrors,
+    parameters: ContactParameters,
     known: Known,
     gravity_mps2: f64,
-    speed_max_mps: f64,
     middle_m: f64,
 }
 
 impl HopperOn {
     /// The hopper of the papers on ground of a preset with that gradient: (∂h/∂x, ∂h/∂y). It hops along x.
     #[must_use]
-    pub fn new(preset: Preset, kind: Kind, gradient: [f64; 2]) -> Self {
-        let ContactParameters { radius_m, inertia, launch_errors, .. } =
-            ContactRules { preset, ..ContactRules::default() }.parameters();
-        let [speed, azimuth_rad, elevation_rad] = launch_errors;
+    pub fn new(preset: Preset, kind: contract::Soil, gradient: [f64; 2]) -> Self {
         let (soil, gravity_mps2) = (soil_of(preset, kind), preset.gravity_mps2());
         let plane = Plane::new(HOP_M, gradient, soil);
         Self {
             middle_m: plane.middle_m(),
             surface: Surface::new(plane),
-            body: Body { radius_m, inertia },
-            errors: LaunchErrors { speed, azimuth_rad, elevation_rad },
+            parameters: ContactRules { preset, ..ContactRules::default() }.parameters(),
             known: Known { gradient, soil },
             gravity_mps2,
-            speed_max_mps: SPEED_MAX * libm::sqrt(gravity_mps2 * HOP_M),
         }
     }
 
@@ -93,11 +42,14 @@ impl HopperOn {
     /// the cell of departure; `None` if it does not leave the ground.
     #[must_use]
     pub fn hop(&self, offset_m: [f64; 2], noise: &mut Noise) -> Option<Hop> {
-        let Self { surface, body, errors, known, gravity_mps2, speed_max_mps, middle_m } = self;
+        let Self { surface, parameters, known, gravity_mps2, middle_m } = self;
+        let ContactParameters { body, errors, .. } = parameters;
         let [x, y] = offset_m.map(|metres| metres + middle_m);
         let target_m = [HOP_M - offset_m[0], -offset_m[1]];
         let elevation_rad = std::f64::consts::FRAC_PI_4;
-        let aim = Aim { target_m, elevation_rad, speed_max_mps: *speed_max_mps };
+        // At 45° v² is g d.
+        let speed_max_mps = parameters.speed_max_mps(libm::sqrt(gravity_mps2 * HOP_M));
+        let aim = Aim { target_m, elevation_rad, speed_max_mps };
         let trimmed_mps = aim.trimmed_mps(body, *gravity_mps2, known);
         let launch = aim.launch(trimmed_mps, errors, noise);
         let place = Place { surface, body, gravity_mps2: *gravity_mps2, hop_m: HOP_M };

@@ -1,5 +1,6 @@
 //! Where hops end, by soil and slope: what a planner may believe in place of the law of the papers.
 
+use contract::Soil;
 use std::collections::BTreeMap;
 
 use campaign::statistics::wilson;
@@ -8,7 +9,7 @@ use rayon::prelude::*;
 use scenario::Preset;
 use serde::Serialize;
 
-use crate::hopper_on::{HOP_M, HopperOn, Kind, soil_of};
+use crate::hopper_on::{HOP_M, HopperOn, soil_of};
 
 /// Distance between the slopes of two classes, degrees.
 pub const BIN_DEG: f64 = 2.5;
@@ -48,7 +49,7 @@ pub struct Far {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Class {
     /// Soil of departure.
-    pub soil: Kind,
+    pub soil: Soil,
     /// Rise towards the target, degrees.
     pub along_deg: f64,
     /// Rise to the left, degrees.
@@ -81,14 +82,14 @@ impl LandingTable {
     #[must_use]
     pub fn derive(preset: Preset, samples: u64, seed: u64) -> Self {
         let slopes = (-BINS..=BINS).map(|bin| f64::from(bin) * BIN_DEG);
-        let all: Vec<(Kind, f64, f64)> = Kind::ALL
+        let all: Vec<(Soil, f64, f64)> = Soil::ALL
             .into_iter()
             .flat_map(|soil| {
                 let slopes = slopes.clone();
                 slopes.clone().flat_map(move |along| slopes.clone().map(move |across| (soil, along, across)))
             })
             .collect();
-        let class = |(number, &(soil, along_deg, across_deg)): (usize, &(Kind, f64, f64))| {
+        let class = |(number, &(soil, along_deg, across_deg)): (usize, &(Soil, f64, f64))| {
             let mut key = [0; 32];
             key[..8].copy_from_slice(&seed.to_le_bytes());
             key[8..16].copy_from_slice(&(number as u64).to_le_bytes());
@@ -101,7 +102,7 @@ impl LandingTable {
 
     /// The class of level ground across, at a slope along.
     #[must_use]
-    pub fn straight(&self, soil: Kind, along_deg: f64) -> Option<&Class> {
+    pub fn straight(&self, soil: Soil, along_deg: f64) -> Option<&Class> {
         let fits = |class: &&Class| {
             class.soil == soil && class.across_deg == 0.0 && (class.along_deg - along_deg).abs() < 1e-9
         };
@@ -120,7 +121,7 @@ impl Class {
 
 fn class(
     preset: Preset,
-    (soil, along_deg, across_deg): (Kind, f64, f64),
+    (soil, along_deg, across_deg): (Soil, f64, f64),
     samples: u64,
     key: [u8; 32],
 ) -> Class {

@@ -16,7 +16,7 @@ pub enum Command {
     /// Derive what planners may believe of hops from physics.
     #[command(
         subcommand,
-        after_help = "Examples:\n  hopper motion derive --preset mars\n  hopper motion derive --preset ryugu --hops 5000 --out tables"
+        after_help = derive::EXAMPLES
     )]
     Motion(MotionCommand),
     /// Compare contact dynamics with closed forms and with what has been measured and flown.

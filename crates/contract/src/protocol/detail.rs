@@ -5,9 +5,8 @@ use std::fmt;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest as _, Sha256};
 
-use crate::limits::{DETAIL_POINTS_MAX, LENGTH_MAX_M};
 use crate::motion_model::{FIGURES, MotionModel};
-use crate::{Decision, Refusal, RunId};
+use crate::{Decision, RunId};
 
 /// SHA-256 over the exact bits of a [`Detail`]; zero for none. Records name their detail by it.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
@@ -58,39 +57,11 @@ pub struct Detail {
     pub rest_m: [f64; 3],
     /// What the model tells, in the order of [`MotionModel::figures`]; the rest zero.
     pub figures: [f64; FIGURES],
-    /// The way, in order; at most [`DETAIL_POINTS_MAX`] points.
+    /// The way, in order; at most [`DETAIL_POINTS_MAX`](crate::limits::DETAIL_POINTS_MAX) points.
     pub path: Vec<PathPoint>,
 }
 
 impl Detail {
-    /// Checks that all numbers are finite, positions within [`LENGTH_MAX_M`], and the points few enough.
-    ///
-    /// # Errors
-    /// What of it cannot be, by name.
-    pub fn checked(self) -> Result<Self, Refusal> {
-        let Self { rest_m, figures, path, .. } = &self;
-        if path.len() > DETAIL_POINTS_MAX {
-            let need = format!("at most {DETAIL_POINTS_MAX} points");
-            return Err(Refusal::malformed("detail.path", &need, path.len()));
-        }
-        let is_place = |at: &[f64; 3]| at.iter().all(|metres| metres.abs() <= LENGTH_MAX_M);
-        let are_finite = |values: &[f64]| values.iter().all(|value| value.is_finite());
-        if !is_place(rest_m) {
-            let need = format!("within {LENGTH_MAX_M} m");
-            return Err(Refusal::malformed("detail.rest_m", &need, format!("{rest_m:?}")));
-        }
-        if !are_finite(figures) {
-            return Err(Refusal::malformed("detail.figures", "finite numbers", format!("{figures:?}")));
-        }
-        let sound = |point: &PathPoint| {
-            is_place(&point.at_m) && are_finite(&point.leaves_mps) && point.seconds.is_finite()
-        };
-        match path.iter().find(|point| !sound(point)) {
-            Some(point) => Err(Refusal::malformed("detail.path", "finite numbers", format!("{point:?}"))),
-            None => Ok(self),
-        }
-    }
-
     /// What is told of a body that stays where it rests.
     #[must_use]
     pub fn at_rest(&self) -> Self {
@@ -164,24 +135,5 @@ mod tests {
             assert_ne!(other.id(), detail().id(), "{other:?}");
         }
         assert!(!detail().id().is_none());
-    }
-
-    #[test]
-    fn what_cannot_be_is_refused_by_name() {
-        assert!(detail().checked().is_ok());
-        type Change = fn(&mut Detail);
-        let changes: [(&str, Change); 5] = [
-            ("rest_m", |detail| detail.rest_m[0] = f64::NAN),
-            ("rest_m", |detail| detail.rest_m[1] = 2.0 * LENGTH_MAX_M),
-            ("figures", |detail| detail.figures[0] = f64::INFINITY),
-            ("path", |detail| detail.path[0].leaves_mps[0] = f64::NAN),
-            ("at most", |detail| detail.path = vec![PathPoint::default(); DETAIL_POINTS_MAX + 1]),
-        ];
-        for (need, change) in changes {
-            let mut other = detail();
-            change(&mut other);
-            let refusal = other.checked().unwrap_err().to_string();
-            assert!(refusal.contains(need), "{need}: {refusal}");
-        }
     }
 }

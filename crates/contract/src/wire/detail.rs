@@ -6,7 +6,7 @@ use crate::fixed_payload;
 use crate::limits::DETAIL_POINTS_MAX;
 use crate::message::{Payload, Request, RequestResponse};
 use crate::motion_model::{FIGURES, MotionModel};
-use crate::{Decision, Detail, DetailPage, DetailRequest, PathPoint, Refusal, Role};
+use crate::{Decision, Detail, DetailPage, DetailRequest, PathPoint, Refusal, Role, RunId};
 
 wire! {
     /// Asks for what a motion model tells of a decision.
@@ -85,6 +85,18 @@ impl Payload for DetailPage {
     }
 }
 
+impl Detail {
+    /// It, if it is within the bounds of the wire, which are those of journals too.
+    ///
+    /// # Errors
+    /// What of it cannot be, by name.
+    pub fn checked(self) -> Result<Self, Refusal> {
+        let page = DetailPage { run: RunId(1), decision: Decision(0), detail: self };
+        let points: Vec<PathPointV1> = (0..page.cells()).map(|index| page.cell(index)).collect();
+        Ok(DetailPage::from_wire(&page.header(), &points)?.detail)
+    }
+}
+
 /// What the motion model tells of decisions. Served only where it tells more than the outcome.
 impl Request for DetailRequest {
     type Response = DetailPage;
@@ -99,7 +111,6 @@ impl Request for DetailRequest {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::RunId;
 
     #[test]
     fn a_detail_survives_its_wire_form_bit_for_bit_and_is_refused_out_of_range() {

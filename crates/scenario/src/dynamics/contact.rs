@@ -1,5 +1,6 @@
 //! A body that flies, hits, bounces and rolls.
 
+use ::contact::{Body, LaunchErrors, Soil};
 use contract::Grid;
 #[cfg(test)]
 use schemars::JsonSchema;
@@ -77,34 +78,30 @@ pub struct ContactSoilRules {
     pub roughness_rad: Option<f64>,
 }
 
+/// Largest launch speed where no other is said, in those of the design hop on the flat.
+const SPEED_MAX: f64 = 1.35;
+
 /// All parameters of the contact model.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ContactParameters {
-    /// Radius of the body, metres.
-    pub radius_m: f64,
-    /// Inertia of the body over m R².
-    pub inertia: f64,
-    /// Largest launch speed, m/s; `None` for 1.35 times that of the design hop.
-    pub speed_max_mps: Option<f64>,
-    /// Standard deviations of a launch: speed as a share of it, azimuth and elevation, radians.
-    pub launch_errors: [f64; 3],
-    /// Hard ground, and sand.
-    pub soils: [ContactSoil; 2],
+    /// The body.
+    pub body: Body,
+    /// Errors of a launch.
+    pub errors: LaunchErrors,
+    /// Hard ground and sand, in the order of [`contract::Soil`].
+    pub soils: [Soil; 2],
     /// Hard ground and sand, as launch control believes them to be.
-    pub nominal: [ContactSoil; 2],
+    pub nominal: [Soil; 2],
+    /// Largest launch speed, m/s, if the scenario says one.
+    speed_max_mps: Option<f64>,
 }
 
-/// How a soil takes a body: see [`ContactSoilRules`].
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[allow(missing_docs, reason = "as those of the rules")]
-pub struct ContactSoil {
-    pub restitution: f64,
-    pub restitution_speed_mps: f64,
-    pub restitution_gravity_mps2: f64,
-    pub friction: f64,
-    pub rolling: f64,
-    pub foot: f64,
-    pub roughness_rad: f64,
+impl ContactParameters {
+    /// The largest launch speed of a hopper whose hops on the flat are launched with `design_mps`, m/s.
+    #[must_use]
+    pub fn speed_max_mps(&self, design_mps: f64) -> f64 {
+        self.speed_max_mps.unwrap_or(SPEED_MAX * design_mps)
+    }
 }
 
 impl ContactRules {
@@ -114,16 +111,15 @@ impl ContactRules {
         let [hard, sand] = self.preset.soils();
         let soils = [self.hard.over(hard), self.sand.over(sand)];
         ContactParameters {
-            radius_m: self.radius_m.unwrap_or(0.1),
-            inertia: self.inertia.unwrap_or(0.4),
-            speed_max_mps: self.speed_max_mps,
-            launch_errors: [
-                self.speed_error.unwrap_or(0.1),
-                self.azimuth_error_rad.unwrap_or(0.15),
-                self.elevation_error_rad.unwrap_or(0.03),
-            ],
+            body: Body { radius_m: self.radius_m.unwrap_or(0.1), inertia: self.inertia.unwrap_or(0.4) },
+            errors: LaunchErrors {
+                speed: self.speed_error.unwrap_or(0.1),
+                azimuth_rad: self.azimuth_error_rad.unwrap_or(0.15),
+                elevation_rad: self.elevation_error_rad.unwrap_or(0.03),
+            },
             soils,
             nominal: [self.nominal_hard.over(soils[0]), self.nominal_sand.over(soils[1])],
+            speed_max_mps: self.speed_max_mps,
         }
     }
 }
@@ -134,8 +130,8 @@ impl ContactSoilRules {
     }
 
     /// The soil, with what is left out of `base`.
-    fn over(&self, base: ContactSoil) -> ContactSoil {
-        ContactSoil {
+    fn over(&self, base: Soil) -> Soil {
+        Soil {
             restitution: self.restitution.unwrap_or(base.restitution),
             restitution_speed_mps: self.restitution_speed_mps.unwrap_or(base.restitution_speed_mps),
             restitution_gravity_mps2: self.restitution_gravity_mps2.unwrap_or(base.restitution_gravity_mps2),
@@ -173,9 +169,9 @@ const SOIL_RANGES: [(f64, f64, &str); 7] = [
     (0.0, 0.5, "0 to 0.5 rad"),
 ];
 
-fn values(soil: &ContactSoil) -> [f64; 7] {
-    let ContactSoil { restitution, restitution_speed_mps, restitution_gravity_mps2, .. } = *soil;
-    let ContactSoil { friction, rolling, foot, roughness_rad, .. } = *soil;
+fn values(soil: &Soil) -> [f64; 7] {
+    let Soil { restitution, restitution_speed_mps, restitution_gravity_mps2, .. } = *soil;
+    let Soil { friction, rolling, foot, roughness_rad, .. } = *soil;
     [restitution, restitution_speed_mps, restitution_gravity_mps2, friction, rolling, foot, roughness_rad]
 }
 
@@ -183,14 +179,14 @@ impl Rules for ContactRules {
     fn check(&self, grid: &Grid) -> Result<(), ScenarioError> {
         let all = self.parameters();
         let radius = "above 0 and at most half the edge of a cell, since the contact point is taken to lie on the ground";
-        in_range("truth.dynamics.radius_m", all.radius_m, 1e-6..=grid.cell_size_m / 2.0, radius)?;
-        in_range("truth.dynamics.inertia", all.inertia, 1e-3..=1.0, "0.001 to 1")?;
+        in_range("truth.dynamics.radius_m", all.body.radius_m, 1e-6..=grid.cell_size_m / 2.0, radius)?;
+        in_range("truth.dynamics.inertia", all.body.inertia, 1e-3..=1.0, "0.001 to 1")?;
         let speed_mps = all.speed_max_mps.unwrap_or(1.0);
         in_range("truth.dynamics.speed_max_mps", speed_mps, 1e-9..=1e3, "a speed above 0, at most 1000 m/s")?;
-        let [speed, azimuth, elevation] = all.launch_errors;
+        let LaunchErrors { speed, azimuth_rad, elevation_rad } = all.errors;
         in_range("truth.dynamics.speed_error", speed, 0.0..=1.0, "0 to 1")?;
-        in_range("truth.dynamics.azimuth_error_rad", azimuth, 0.0..=1.0, "0 to 1 rad")?;
-        in_range("truth.dynamics.elevation_error_rad", elevation, 0.0..=1.0, "0 to 1 rad")?;
+        in_range("truth.dynamics.azimuth_error_rad", azimuth_rad, 0.0..=1.0, "0 to 1 rad")?;
+        in_range("truth.dynamics.elevation_error_rad", elevation_rad, 0.0..=1.0, "0 to 1 rad")?;
         let [hard, sand] = &all.soils;
         let [nominal_hard, nominal_sand] = &all.nominal;
         for (fields, soil) in [

@@ -3,11 +3,10 @@
 use std::fmt;
 use std::str::FromStr;
 
+use ::contact::Soil;
 #[cfg(test)]
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-
-use super::ContactSoil;
 
 /// A body with its gravity and its soils.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -27,32 +26,17 @@ pub enum Preset {
     Bennu,
 }
 
-/// Hard ground of planets.
-const HARD: ContactSoil = ContactSoil {
-    restitution: 0.35,
-    restitution_speed_mps: f64::INFINITY,
-    restitution_gravity_mps2: f64::INFINITY,
-    friction: 0.6,
-    rolling: 0.577,
-    foot: 1.2,
-    roughness_rad: 0.15,
-};
-
-/// Sand of planets: no rebound, and no foothold at 45°.
-const SAND: ContactSoil =
-    ContactSoil { restitution: 0.0, rolling: 0.7, foot: 0.7, roughness_rad: 0.05, ..HARD };
-
 /// Boulders of small bodies.
-const BOULDERS: ContactSoil = ContactSoil { restitution: 0.12, roughness_rad: 0.2, ..HARD };
+const BOULDERS: Soil = Soil { restitution: 0.12, roughness_rad: 0.2, ..Soil::HARD };
 
 /// Loose ground of small bodies, into which a body sinks at 1e-2 g and from which it rebounds below 1e-4 g.
-const REGOLITH: ContactSoil = ContactSoil {
+const REGOLITH: Soil = Soil {
     restitution: 0.1,
     restitution_gravity_mps2: 1e-3,
     rolling: 0.7,
     foot: 0.7,
     roughness_rad: 0.1,
-    ..HARD
+    ..Soil::HARD
 };
 
 impl Preset {
@@ -85,9 +69,9 @@ impl Preset {
 
     /// Hard ground, and sand.
     #[must_use]
-    pub fn soils(self) -> [ContactSoil; 2] {
+    pub fn soils(self) -> [Soil; 2] {
         match self {
-            Preset::Moon | Preset::Mars => [HARD, SAND],
+            Preset::Moon | Preset::Mars => [Soil::HARD, Soil::SAND],
             Preset::Phobos | Preset::Ryugu | Preset::Bennu => [BOULDERS, REGOLITH],
         }
     }

@@ -1,14 +1,14 @@
 //! A hop as physics has it: how the body flies, hits and rolls is asked of the engine `contact`; where it starts, what launch control
 //! knows, which numbers are drawn and what is told of it is worked out here.
 
-use contact::{Aim, Body, End, Field, Hop, Known, LaunchErrors, Noise, Place, Soil, Surface};
+use contact::{Aim, End, Field, Hop, Known, Noise, Place, Soil, Surface};
 use contract::{
     Branch, Cell, Decision, Detail, Direction, Flight, Grid, Ground, Hopper, MotionModel, Outcome, PathPoint,
     RobotId,
 };
 use hopper_sim::Mission;
 use motion::{Domain, Draw};
-use scenario::{ContactRules, ContactSoil};
+use scenario::ContactRules;
 
 /// The ground that the mission has.
 struct Bumps<'a> {
@@ -47,18 +47,6 @@ fn of_soil(soils: &[Soil; 2], soil: contract::Soil) -> &Soil {
     if soil == contract::Soil::Sand { &soils[1] } else { &soils[0] }
 }
 
-fn soil(rules: &ContactSoil) -> Soil {
-    Soil {
-        restitution: rules.restitution,
-        restitution_speed_mps: rules.restitution_speed_mps,
-        restitution_gravity_mps2: rules.restitution_gravity_mps2,
-        friction: rules.friction,
-        rolling: rules.rolling,
-        foot: rules.foot,
-        roughness_rad: rules.roughness_rad,
-    }
-}
-
 /// A hopper that is about to hop.
 pub(super) struct Hopping<'a> {
     pub mission: &'a Mission,
@@ -84,24 +72,21 @@ impl Hopping<'_> {
         let (grid, all) = (mission.brief.grid, self.rules.parameters());
         let (gravity_mps2, hop_m) =
             (hopper.motion.gravity_mps2, f64::from(grid.hop_cells) * grid.cell_size_m);
-        let surface = Surface::new(Bumps { mission, soils: all.soils.each_ref().map(soil) });
-        let body = Body { radius_m: all.radius_m, inertia: all.inertia };
+        let surface = Surface::new(Bumps { mission, soils: all.soils });
         let [x, y] = self.told.map_or(self.middle_m(from), |told| [told.rest_m[0], told.rest_m[1]]);
         let [aim_x, aim_y] = self.middle_m(grid.hop(from, self.direction));
         let elevation_rad = hopper.motion.launch_angle_rad;
         let design_mps = libm::sqrt(gravity_mps2 * hop_m / libm::sin(2.0 * elevation_rad));
-        let speed_max_mps = all.speed_max_mps.unwrap_or(1.35 * design_mps);
+        let speed_max_mps = all.speed_max_mps(design_mps);
         let aim = Aim { target_m: [aim_x - x, aim_y - y], elevation_rad, speed_max_mps };
         let ground = mission.terrain.ground(from).expect("it stands on the map");
-        let nominal = all.nominal.each_ref().map(soil);
-        let known = Known { gradient: ground.gradient, soil: *of_soil(&nominal, ground.soil) };
-        let trimmed_mps = aim.trimmed_mps(&body, gravity_mps2, &known);
+        let known = Known { gradient: ground.gradient, soil: *of_soil(&all.nominal, ground.soil) };
+        let trimmed_mps = aim.trimmed_mps(&all.body, gravity_mps2, &known);
         let (key, stream) = Draw::key(mission.seed, Domain::Contact, self.robot, self.decision);
         let mut noise = Noise::new(key, stream);
-        let [speed, azimuth_rad, elevation_rad] = all.launch_errors;
-        let launch = aim.launch(trimmed_mps, &LaunchErrors { speed, azimuth_rad, elevation_rad }, &mut noise);
+        let launch = aim.launch(trimmed_mps, &all.errors, &mut noise);
         let start = [x, y, surface.height_m(x, y)];
-        let place = Place { surface: &surface, body: &body, gravity_mps2, hop_m };
+        let place = Place { surface: &surface, body: &all.body, gravity_mps2, hop_m };
         let hop = place.foothold(start.into(), launch).map(|held| place.hop(start.into(), held, &mut noise));
         match hop {
             Some(hop) => self.told(start, &hop, gravity_mps2),
@@ -131,7 +116,7 @@ impl Hopping<'_> {
             _ => self.branch(to),
         };
         let points = hop.impacts.iter().map(|impact| PathPoint {
-            seconds: impact.seconds,
+            seconds: impact.seconds.min(1.0e6),
             at_m: impact.position.into(),
             leaves_mps: impact.after.into(),
         });
@@ -211,11 +196,9 @@ impl Hopping<'_> {
     pub fn displaced(&self, hop: (Outcome, Detail), is_taken: impl Fn(Cell) -> bool) -> (Outcome, Detail) {
         let (outcome, mut detail) = hop;
         let way = detail.path.iter().rev().map(|point| self.nearest([point.at_m[0], point.at_m[1]]));
-        let mut way = way.filter(|cell| !is_taken(*cell));
-        let to = way.next().unwrap_or(self.from);
-        drop(way);
+        let to = way.into_iter().find(|cell| !is_taken(*cell)).unwrap_or(self.from);
         let [x, y] = self.middle_m(to);
-        let soils = self.rules.parameters().soils.each_ref().map(soil);
+        let soils = self.rules.parameters().soils;
         let surface = Surface::new(Bumps { mission: self.mission, soils });
         detail.rest_m = [x, y, surface.height_m(x, y)];
         detail.figures[5] = 1.0;

@@ -1,17 +1,18 @@
 //! What has flown, and what will.
 
 use contact::{Body, Hop, Noise, Place, Plane, Surface};
+use contract::Soil;
 use nalgebra::Vector3;
 use scenario::Preset;
 
 use super::{Row, central};
-use crate::hopper_on::{Kind, soil_of};
+use crate::hopper_on::soil_of;
 
 /// Landings that are flown for each row.
 const LANDINGS: u64 = 4_000;
 
 /// Landings of a body that comes down at a speed, m/s, up to so many degrees off the vertical, on level ground.
-fn landings(preset: Preset, kind: Kind, body: &Body, speed_mps: [f64; 2], off_deg: f64) -> Vec<(f64, Hop)> {
+fn landings(preset: Preset, kind: Soil, body: &Body, speed_mps: [f64; 2], off_deg: f64) -> Vec<(f64, Hop)> {
     // Wide enough for the longest bounce.
     let plane = Plane::new(100.0, [0.0; 2], soil_of(preset, kind));
     let middle_m = plane.middle_m();
@@ -35,7 +36,7 @@ fn mascot() -> Vec<Row> {
     let gravity_mps2 = Preset::Ryugu.gravity_mps2();
     let arrives_mps = 41.0 / 351.0 + gravity_mps2 * 351.0 / 2.0;
     let body = Body { radius_m: 0.15, inertia: 0.4 };
-    let flown = landings(Preset::Ryugu, Kind::Hard, &body, [arrives_mps; 2], 20.0);
+    let flown = landings(Preset::Ryugu, Soil::Hard, &body, [arrives_mps; 2], 20.0);
     let contacts = |hop: &Hop| f64::from(hop.impact_count);
     let mut seconds: Vec<f64> = flown.iter().map(|(_, hop)| hop.seconds).collect();
     let mut metres: Vec<f64> = flown.iter().map(|(metres, _)| *metres).collect();
@@ -71,7 +72,7 @@ fn idefix() -> Vec<Row> {
     let gravity_mps2 = Preset::Phobos.gravity_mps2();
     let arrives_mps = [40.0, 100.0].map(|metres: f64| libm::sqrt(2.0 * gravity_mps2 * metres));
     let body = Body { radius_m: 0.22, inertia: 0.4 };
-    let flown = landings(Preset::Phobos, Kind::Sand, &body, arrives_mps, 20.0);
+    let flown = landings(Preset::Phobos, Soil::Sand, &body, arrives_mps, 20.0);
     let mut seconds: Vec<f64> = flown.iter().map(|(_, hop)| hop.seconds).collect();
     let mut metres: Vec<f64> = flown.iter().map(|(metres, _)| *metres).collect();
     let mut contacts: Vec<f64> = flown.iter().map(|(_, hop)| f64::from(hop.impact_count)).collect();

@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 use scenario::Preset;
 
 use super::Row;
-use crate::hopper_on::{Kind, soil_of};
+use crate::hopper_on::soil_of;
 
 const EARTH_MPS2: f64 = 9.81;
 
@@ -48,7 +48,8 @@ fn share(of: f64) -> String {
 
 /// The rows.
 pub fn rows() -> Vec<Row> {
-    let (sand, regolith) = (soil_of(Preset::Mars, Kind::Sand), soil_of(Preset::Ryugu, Kind::Sand));
+    let (sand, regolith) =
+        (soil_of(Preset::Mars, contract::Soil::Sand), soil_of(Preset::Ryugu, contract::Soil::Sand));
     let in_sand = [0.2, 1.0].map(|gravity_mps2| {
         rebounds(&impacts(0.05, sand, gravity_mps2, [0.02, 0.4], 90.0), 0.05, gravity_mps2)
     });
@@ -57,7 +58,7 @@ pub fn rows() -> Vec<Row> {
         rebounds(&impacts(0.01, regolith, gravity_mps2, speeds_mps, 90.0), 0.01, gravity_mps2)
     };
     let (embedded, slow) = (at(1e-2, [0.04, 2.3]), at(5e-5, [0.01, 0.3]));
-    let coarse = soil_of(Preset::Ryugu, Kind::Hard);
+    let coarse = soil_of(Preset::Ryugu, contract::Soil::Hard);
     let on_grains =
         rebounds(&impacts(0.01, coarse, 1e-5 * EARTH_MPS2, [0.05, 2.0], 60.0), 0.01, 1e-5 * EARTH_MPS2);
     let grazing = rebounds(&impacts(0.008, sand, EARTH_MPS2, [2.0, 5.0], 20.0), 0.008, EARTH_MPS2);

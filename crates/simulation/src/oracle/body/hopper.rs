@@ -2,8 +2,8 @@
 //! `motion`.
 
 use contract::{
-    Account, Action, Branch, Cell, Decision, Detail, Direction, Flight, Ground, Hopper, MotionModel, Origin,
-    Outcome, PathPoint, RobotId, Vetoed,
+    Account, Action, Branch, Cell, Decision, Direction, Flight, Ground, Hopper, Origin, Outcome, RobotId,
+    Vetoed,
 };
 use hopper_sim::Mission;
 use motion::{Domain, Draw};
@@ -12,6 +12,7 @@ use scenario::Dynamics;
 use super::Body;
 use crate::oracle::Oracle;
 use crate::oracle::actor::Arrival;
+use crate::oracle::collision;
 use crate::oracle::contact::Hopping;
 
 impl Body for Hopper {
@@ -56,8 +57,8 @@ impl Body for Hopper {
         }
         let uniform = Draw::new(*seed, Domain::Motion, robot, decision).uniform();
         let drawn = motion::transition(&self.motion, ground, direction).branch(uniform);
-        let checks = matches!(mission.dynamics, Dynamics::Collision(_));
-        let collides = checks && collides(self, mission, from, direction, drawn);
+        let is_checked = matches!(mission.dynamics, Dynamics::Collision(_));
+        let collides = is_checked && collision::collides(self, mission, from, direction, drawn);
         let branch = if collides { Branch::Stayed } else { drawn };
         let aim = terrain.ground(brief.grid.hop(from, direction));
         let rise_m = aim.map_or(0.0, |aim| aim.height_m - ground.height_m);
@@ -65,16 +66,8 @@ impl Body for Hopper {
         let to = if oracle.is_occupied(number, end) { from } else { end };
         let flight = motion::flight(&self.motion, &brief.grid, ground.soil, rise_m);
         let outcome = Outcome { branch, from, to, flight };
-        if checks {
-            return of_collision(
-                self,
-                mission,
-                direction,
-                collides,
-                Arrival { outcome, at: actor.at, detail: None },
-            );
-        }
-        Arrival { outcome, at: actor.at, detail: None }
+        let law = Arrival { outcome, at: actor.at, detail: None };
+        if is_checked { collision::told(self, mission, direction, collides, law) } else { law }
     }
 
     fn dangerous(&self, oracle: &Oracle, number: usize, known: &[Option<Ground>]) -> Vetoed {
@@ -113,51 +106,6 @@ impl Body for Hopper {
         let hop = nearest.map(|direction| (Action::Hop(direction), Origin::Greedy));
         Some(hop.unwrap_or((Action::Hold, Origin::Hold)))
     }
-}
-
-/// Whether a hop stays since something is in the way of its arc, to where it aims or to where it slips.
-fn collides(hopper: &Hopper, mission: &Mission, from: Cell, direction: Direction, drawn: Branch) -> bool {
-    let (grid, terrain) = (&mission.brief.grid, &mission.terrain);
-    let soil = terrain.ground(from).map_or(contract::Soil::Hard, |ground| ground.soil);
-    let height_m = |cell| terrain.ground(cell).map(|ground| ground.height_m);
-    let mut ways = vec![direction];
-    ways.extend((drawn == Branch::Left).then(|| direction.left()));
-    ways.extend((drawn == Branch::Right).then(|| direction.right()));
-    ways.iter().any(|way| !motion::clears(&hopper.motion, grid, soil, (from, *way), height_m))
-}
-
-/// As the law has it, with the launch of the design hop, and what is told of it.
-fn of_collision(
-    hopper: &Hopper,
-    mission: &Mission,
-    direction: Direction,
-    collides: bool,
-    of_law: Arrival,
-) -> Arrival {
-    let (grid, terrain) = (&mission.brief.grid, &mission.terrain);
-    let Outcome { branch, from, to, flight } = of_law.outcome;
-    let soil = terrain.ground(from).map_or(contract::Soil::Hard, |ground| ground.soil);
-    let launch = motion::design_launch(&hopper.motion, grid, soil);
-    let flight = Flight {
-        launch_speed_mps: launch.speed_mps,
-        launch_angle_rad: launch.angle_rad,
-        apex_height_m: launch.apex_height_m(),
-        flight_time_s: launch.time_s(flight.range_m),
-        ..flight
-    };
-    let place = |cell: Cell| {
-        let ground = terrain.ground(cell).or(terrain.ground(from));
-        let [x, y] = [cell.x, cell.y].map(|cells| (f64::from(cells) + 0.5) * grid.cell_size_m);
-        [x, y, ground.map_or(0.0, |ground| ground.height_m)]
-    };
-    let leaves_mps = motion::launch_velocity_mps(&flight, direction).into();
-    let detail = Detail {
-        model: MotionModel::Collision,
-        rest_m: place(to),
-        figures: [if collides { 1.0 } else { 0.0 }, 0.0, 0.0, 0.0, 0.0, 0.0],
-        path: vec![PathPoint { seconds: 0.0, at_m: place(from), leaves_mps }],
-    };
-    Arrival { outcome: Outcome { branch, from, to, flight }, detail: Some(detail), ..of_law }
 }
 
 /// The probability that `action` ends off the map or on ground known to be impassable, from the observed map alone: what anybody
