@@ -36,7 +36,11 @@ fn bad_flags_are_usage_errors() {
     refuses(&["journal", "verify", "no/such/journal"], 2, &["no/such/journal"]);
     refuses(&["run", "--lockstep", "--planners-from", "no/such/journal"], 2, &["no/such/journal"]);
     let file = tempfile::NamedTempFile::new().unwrap();
-    refuses(&["journal", "verify", file.path().to_str().unwrap()], 2, &["a journal is a folder"]);
+    refuses(
+        &["journal", "verify", file.path().to_str().unwrap()],
+        2,
+        &["need the folder of a journal, got the file"],
+    );
 }
 
 /// P-FLAGS. Problems that only the monitor would find are reported before anything flies.

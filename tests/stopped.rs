@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use crate::harness::{Mission, Process, lockstep};
 use rustix::fs::{FlockOperation, flock};
+use rustix::process::Signal;
 
 /// A slow mission of `hopper run` whose hopper-sim was killed while this very test holds the right to make things in the
 /// instance, as a process that was stopped while it joined would.
@@ -70,5 +71,30 @@ fn a_mission_begins_once_nobody_is_in_the_way() {
     assert!(run.has_ended().is_none(), "{}", run.log());
     drop(lock);
     assert_eq!(run.code(), 0, "{}", run.log());
+    mission.assert_nothing_left();
+}
+
+/// P-LEFT-OUT: A monitor that was stopped until hopper-sim had left says how many decisions it lacks
+/// and where they are: its exit code is 4.
+#[test]
+fn a_monitor_that_reads_again_after_the_end_says_what_it_lacks() {
+    let mut mission = Mission::new("stopped-monitor");
+    let (_, patrol) = scenario::BUILT_IN.into_iter().find(|(name, _)| *name == "patrol").unwrap();
+    let text = patrol.replace("hops_max = 1000000", "hops_max = 600");
+    std::fs::write(mission.path("patrol.toml"), text).unwrap();
+    let mut sim = mission.start("sim", &["--seed", "2", "--scenario", "patrol.toml", "--pace", "max"]);
+    let mut perception = mission.start("perception", &[]);
+    let mut monitor = mission.start("monitor", &["--format", "json"]);
+    monitor.await_log("hop 0");
+    monitor.signal(Signal::STOP);
+    let mut planner = mission.start("planner", &[]);
+    for process in [&mut sim, &mut perception, &mut planner] {
+        assert_eq!(process.code(), 0, "{}", process.log());
+    }
+    monitor.signal(Signal::CONT);
+    assert_eq!(monitor.code(), 4, "{}", monitor.log());
+    let (seen, flown) = (monitor.json(), &sim.json()["decisions"]);
+    let lacks = format!("it lacks {} of {flown} decisions", seen["missing"]);
+    assert!(seen["missing"].as_u64().unwrap() > 0 && monitor.log().contains(&lacks), "{}", monitor.log());
     mission.assert_nothing_left();
 }

@@ -265,11 +265,22 @@ impl Display for Show {
     fn finished(&mut self, watcher: &Watcher, now: MonotonicNs) -> Result<(), Failure> {
         use std::io::Write;
         self.bar.finish();
-        let (report::Format::Json, Some(progress)) = (self.format, watcher.progress(now)) else {
+        let Some(progress) = watcher.progress(now) else { return Ok(()) };
+        if self.format == report::Format::Json {
+            let text = serde_json::to_string(&progress).map_err(Failure::run)?;
+            writeln!(std::io::stdout(), "{text}").map_err(Failure::run)?;
+        }
+        if progress.missing == 0 {
             return Ok(());
-        };
-        let text = serde_json::to_string(&progress).map_err(Failure::run)?;
-        writeln!(std::io::stdout(), "{text}").map_err(Failure::run)
+        }
+        Err(Failure::new(
+            Exit::Peer,
+            format!(
+                "hopper-sim left before this monitor had all of the mission: it lacks {} of {} decisions; \
+                 the journal of hopper-sim has them: hopper journal show JOURNAL",
+                progress.missing, progress.decision.0
+            ),
+        ))
     }
 }
 

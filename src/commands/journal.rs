@@ -204,8 +204,10 @@ fn print_tables(show: &Show) -> Result<(), Failure> {
 /// If `path` is no folder, as the file inside the journal's is none, or nobody here may look into it.
 pub fn folder(path: &Path) -> Result<PathBuf, Failure> {
     if path.exists() && !path.is_dir() {
-        let message =
-            format!("a journal is a folder, got {}, which is none: name the folder it is in", path.display());
+        let message = format!(
+            "need the folder of a journal, got the file {}: name the folder that holds it",
+            path.display()
+        );
         return Err(Failure::new(Exit::Usage, message));
     }
     if let Err(error) = std::fs::read_dir(path)

@@ -15,8 +15,13 @@ const STACK_BYTES_MIN: u64 = 1 << 20;
 pub fn main(role: &str, run: impl FnOnce() -> Result<Exit, Failure>) -> ExitCode {
     log_to_stderr(role, 0);
     let exit = check_stack().and_then(|()| run()).unwrap_or_else(|failure| {
-        // If standard error is closed, nobody can be told.
-        let _ = writeln!(std::io::stderr(), "{role}: {failure}");
+        // `hopper run` says itself why it ends its processes.
+        let is_told =
+            failure.exit == Exit::Interrupted && std::env::args_os().any(|word| word == "--lifeline");
+        if !is_told {
+            // If standard error is closed, nobody can be told.
+            let _ = writeln!(std::io::stderr(), "{role}: {failure}");
+        }
         failure.exit
     });
     exit.report()
