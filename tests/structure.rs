@@ -444,3 +444,25 @@ fn every_message_is_in_the_list_that_everything_follows_from() {
         assert_eq!(declared, listed(call), "declared in crates/contract/src/wire, and a line in `visit`");
     }
 }
+
+/// A file of tests that nothing declares would never be run.
+#[test]
+fn every_file_of_tests_is_a_program_or_part_of_one() {
+    let mut parts = 0;
+    for package in packages() {
+        let manifest = read(format!("{package}/Cargo.toml"));
+        let tests = root().join(&package).join("tests");
+        if !manifest.contains("\nautotests = false\n") || !tests.is_dir() {
+            continue;
+        }
+        let main = std::fs::read_to_string(tests.join("main.rs")).unwrap_or_default();
+        for file in sources(&tests).iter().filter(|file| file.parent() == Some(&tests)) {
+            let name = file.file_stem().unwrap().to_str().unwrap();
+            let is_part = main.lines().any(|line| line == format!("mod {name};"));
+            let is_program = manifest.contains(&format!("path = \"tests/{name}.rs\""));
+            assert!(is_part || is_program, "{} is run by no program", file.display());
+            parts += usize::from(is_part);
+        }
+    }
+    assert!(parts > 60, "{parts} files of tests are parts of a program");
+}

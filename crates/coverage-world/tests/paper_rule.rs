@@ -1,7 +1,5 @@
 //! The rule of P19 against the path ratios of its specification, and what a team of rovers keeps to.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
-
 use contract::{Cell, Direction, Grid};
 use coverage::{Algorithm, CoverMode, Placement};
 use coverage_world::{Mission, Setup, World};

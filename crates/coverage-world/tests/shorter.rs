@@ -1,7 +1,5 @@
 //! `cover_frontier` needs shorter paths than the paper's best rule.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
-
 use contract::Grid;
 use coverage::{Algorithm, CoverMode};
 use coverage_world::{Mission, Outcome, Setup, World};

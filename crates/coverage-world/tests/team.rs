@@ -1,7 +1,5 @@
 //! What a team of rovers keeps to: turns, cells of their own, regions, failures, and that every mission ends.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
-
 use contract::{Cell, Direction, Grid};
 use coverage::{Algorithm, CoverMode, Placement};
 use coverage_world::{Fault, Mission, Outcome, Setup, SetupError, World};

@@ -1,7 +1,5 @@
 //! No decision depends on ground that no rover has sensed, nor on what a planner remembers.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
-
 use contract::{Cell, Grid};
 use coverage::{Algorithm, CoverMode, Knowledge, Planner};
 use coverage_world::{Mission, Sensing, Setup, World};

@@ -1,7 +1,5 @@
 //! A hopper with a helicopter that looks ahead for it, through the turns of all processes.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
-
 use contract::{Action, Branch, Brief, Decision, MonotonicNs, Record, RobotId, RunId, Status};
 use hopper_sim::{Arbiter, Mission, Pace};
 use lockstep::{Flown, PlannerSchedule};

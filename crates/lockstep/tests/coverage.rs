@@ -1,7 +1,5 @@
 //! Rovers that cover ground through the turns of all processes go exactly where the engine of `coverage-world` sends them.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
-
 use contract::{
     Account, Action, Body, Brief, Cell, Cover, CoverMode, Decision, Digest, Direction, Goal, Grid, Ground,
     Member, MonotonicNs, ObservedMap, Placement, Record, Robot, RobotId, Robots, Rover, RunId, Sensor,

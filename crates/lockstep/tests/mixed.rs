@@ -1,7 +1,5 @@
 //! Robots of any kind, each with a task of its own, through the turns of all processes.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
-
 use std::collections::BTreeSet;
 
 use contract::{

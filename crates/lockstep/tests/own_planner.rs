@@ -1,7 +1,5 @@
 //! Planners from outside in missions of every kind.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
-
 use contract::{Action, Brief, Direction, MonotonicNs, Name, Robot, RouteId, RunId};
 use lockstep::{Mission, PlannerSchedule};
 use planner::{Budget, Plan, PlanStatus, Planner, PlannerError, Situation};

@@ -1,7 +1,5 @@
 //! A rover with a helicopter, through the turns of all processes, does exactly what the offline study does.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
-
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 

@@ -1,7 +1,5 @@
 //! The bodies of all fuzz targets, over the committed corpus and mutations of valid input.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
-
 use std::any::type_name;
 use std::collections::BTreeSet;
 use std::panic::{AssertUnwindSafe, catch_unwind};

@@ -1,7 +1,5 @@
 //! What was written and is damaged is never read as something else: every bit, every cut.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
-
 use campaign::{CampaignError, Manifest, Row, Rows};
 use contract::Record;
 use hopper_sim::{JournalError, JournalReader};

@@ -1,7 +1,5 @@
 //! Recordings that other programs have written again: compressed, without chunks, in another order.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
-
 use std::io::Write as _;
 
 use contract::MonotonicNs;

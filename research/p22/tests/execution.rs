@@ -1,7 +1,5 @@
 //! Policies carried out, against the exact probabilities.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
-
 use p22::execution::{HOPS_MAX, execute};
 use p22::{Experiment, KnownError, KnownMap, Model, P22, Plan, Weights};
 

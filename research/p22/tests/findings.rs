@@ -1,7 +1,5 @@
 //! The paper's observations under the reading in use.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
-
 use std::f64::consts::FRAC_1_PI;
 
 use contract::Soil;

@@ -1,7 +1,5 @@
 //! Value iteration against brute force: on small worlds no policy whatsoever is better.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
-
 use contract::{Cell, Grid, Ground, Soil};
 use p22::{Edge, Experiment, GoalPayoff, HalfHops, KnownMap, Model, P22, PayoffCell, Plan, Reading, Weights};
 use proptest::prelude::*;

@@ -1,7 +1,5 @@
 //! What the hopper is offered, case by case: the collision check, the vertical hop, the edge, sand.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
-
 use contract::Direction::{East, North, South, West};
 use contract::{Cell, Soil};
 use p22::{
