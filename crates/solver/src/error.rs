@@ -2,6 +2,8 @@
 
 use thiserror::Error;
 
+use crate::landings::Landing;
+
 /// An input out of its range.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum Error {
@@ -34,6 +36,46 @@ pub enum Error {
         got: usize,
         /// [`GridWorld::SOILS_MAX`](crate::GridWorld::SOILS_MAX).
         soils_max: usize,
+    },
+    /// There is no row of a table of landings, or there are too many.
+    #[error("a table of landings needs 1 to {rows_max} rows, got {got}")]
+    Rows {
+        /// Rows that were given.
+        got: usize,
+        /// [`LandingTable::ROWS_MAX`](crate::landings::LandingTable::ROWS_MAX).
+        rows_max: usize,
+    },
+    /// A row has too many landings.
+    #[error("row {row} of a table needs at most {landings_max} landings, got {got}")]
+    Landings {
+        /// Index of the row.
+        row: usize,
+        /// Landings that were given.
+        got: usize,
+        /// [`LandingTable::LANDINGS_MAX`](crate::landings::LandingTable::LANDINGS_MAX).
+        landings_max: usize,
+    },
+    /// A landing is out of reach, or its probability is none.
+    #[error(
+        "row {row} of a table needs landings at most {reach} hops away along each axis, with probabilities in [0, 1]; got {} forward, {} \
+         left, {}",
+        got.forward, got.left, got.probability
+    )]
+    Landing {
+        /// Index of the row.
+        row: usize,
+        /// Landing that was given.
+        got: Landing,
+        /// [`LandingTable::REACH`](crate::landings::LandingTable::REACH).
+        reach: i8,
+    },
+    /// The probabilities of a row add up to more than 1.
+    #[error("the probabilities of row {row} of a table need to add up to at most 1, got {got}")]
+    Sum {
+        /// Index of the row.
+        row: usize,
+        /// Their sum.
+        got: f64,
     },
     /// The numbers of a soil are not probabilities, or do not sum to 1.
     #[error(

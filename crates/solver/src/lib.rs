@@ -37,7 +37,8 @@
 //! # Modules
 //! - [`cold`] solves a world from nothing: the whole map, to a bound on the error.
 //! - [`online`] keeps the values of a world in step while its nodes change, and decides hop by hop.
-//! - At the root is what both share: the world ([`grid_world`], [`soil`], [`hop`]), Bellman's operator from the
+//! - [`landings`] solves worlds whose hops land by a table, farther than to the next node.
+//! - At the root is what they share: the world ([`grid_world`], [`soil`], [`hop`]), Bellman's operator from the
 //!   definition ([`bellman`]), the bound ([`certificate`]), the greedy hop ([`policy`]), whether a goal can be
 //!   reached ([`goal_search`]), the vector widths and instruction sets ([`simd`]), memory in huge pages
 //!   (`pages`), and seeded worlds for tests and benchmarks ([`fixtures`]).
@@ -58,6 +59,7 @@ pub mod fixtures;
 pub mod goal_search;
 pub mod grid_world;
 pub mod hop;
+pub mod landings;
 pub mod online;
 mod pages;
 pub mod policy;
