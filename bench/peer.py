@@ -34,7 +34,7 @@ class World:
         to = np.fromfile(folder / "to.i32", "<i4")
         weights = np.fromfile(folder / "weights.f64", "<f8")
         leads = to >= 0
-        starts = np.concatenate(([0], np.cumsum(leads.reshape(-1, 4).sum(axis=1))))
+        starts = np.concatenate(([0], np.cumsum(leads.reshape(-1, header["landings"]).sum(axis=1))))
         shape = (4 * self.states, self.states)
         self.weights = sparse.csr_matrix((weights[leads], to[leads], starts), shape=shape)
         self.weights.sum_duplicates()

@@ -67,6 +67,10 @@ enum WorldKind {
     Inner,
     /// Lingering on a hill pays more than the goal.
     Trap,
+    /// The ground of `plain`, where hops land by a table of twelve landings.
+    Table,
+    /// The ground of `inner`, where hops land by a table of twelve landings.
+    InnerTable,
 }
 
 fn main() -> ExitCode {
@@ -90,28 +94,53 @@ fn print_error(error: &dyn Error) {
 
 fn fixture(args: &WorldArgs) -> Fixture {
     match args.kind {
-        WorldKind::Plain => Fixture::plain(args.side, args.seed),
-        WorldKind::Inner => Fixture::inner(args.side, args.seed),
+        WorldKind::Plain | WorldKind::Table => Fixture::plain(args.side, args.seed),
+        WorldKind::Inner | WorldKind::InnerTable => Fixture::inner(args.side, args.seed),
         WorldKind::Trap => Fixture::trap(args.side, args.seed),
     }
 }
 
+impl WorldKind {
+    fn has_table(self) -> bool {
+        matches!(self, Self::Table | Self::InnerTable)
+    }
+}
+
 fn export(args: &WorldArgs) -> Result<(), Box<dyn Error>> {
-    let world = fixture(args).world()?;
     std::fs::create_dir_all(&args.folder)?;
-    let rows = Rows::of(&world);
+    let rows = if args.kind.has_table() {
+        Rows::of_table(&fixture(args).table_world()?)
+    } else {
+        Rows::of(&fixture(args).world()?)
+    };
     rows.write(&args.folder)?;
     let header = json!({
         "states": rows.nodes.len(),
         "rows": rows.rewards.len(),
-        "discount": world.rules().discount,
+        "landings": rows.landings,
+        "discount": solver::fixtures::DISCOUNT,
         "error_max": args.error_max,
     });
     Ok(std::fs::write(args.folder.join("world.json"), format!("{header:#}\n"))?)
 }
 
+/// Solves a world whose hops land by a table.
+fn solve_table(args: &WorldArgs) -> Result<(), Box<dyn Error>> {
+    let world = fixture(args).table_world()?;
+    let peak_before = stopwatch::peak_bytes();
+    let effort = Effort { error_max: args.error_max, ..Effort::default() };
+    let (times, (values, solution)) = stopwatch::repeat(false, |_| solver::landings::solve(&world, &effort));
+    let peak = stopwatch::peak_bytes();
+    write_values(&args.folder.join("hopper.f64"), &Rows::of_table(&world), &values)?;
+    report(times, [peak, peak_before], &solution);
+    Ok(())
+}
+
 fn solve(task: &Solve) -> Result<(), Box<dyn Error>> {
     let args = &task.world;
+    if args.kind.has_table() {
+        return solve_table(args);
+    }
     let world = fixture(args).world()?;
     let peak_before = stopwatch::peak_bytes();
     let effort = Effort { error_max: args.error_max, ..Effort::default() };
@@ -128,6 +157,12 @@ fn solve(task: &Solve) -> Result<(), Box<dyn Error>> {
         (false, _) => "hopper-2.f64",
     };
     write_values(&args.folder.join(file), &Rows::of(&world), solver.values())?;
+    report(times, [peak, peak_before], &solution);
+    Ok(())
+}
+
+/// Prints what a solve took, and how good it is.
+fn report(times: stopwatch::Times, [peak, peak_before]: [Option<u64>; 2], solution: &Solution) {
     print(&json!({
         "times": times,
         "peak_bytes": peak,
@@ -135,7 +170,6 @@ fn solve(task: &Solve) -> Result<(), Box<dyn Error>> {
         "error_bound": solution.certificate.error_bound,
         "sweeps": solution.sweeps,
     }));
-    Ok(())
 }
 
 fn write_values(file: &Path, rows: &Rows, values: &[f64]) -> Result<(), Box<dyn Error>> {

@@ -8,7 +8,8 @@
 
 use scatter::slope_in_limits;
 
-use crate::{Error, GridWorld, Kind, Leaving, Rules, Site, Soil};
+use crate::landings::{Landing, LandingTable, Row, TableRules, TableSite, TableWorld};
+use crate::{Error, GridWorld, Hop, Kind, Leaving, Rules, Site, Soil};
 
 /// Where the goal lies; the start is in the corner of the first node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -109,6 +110,38 @@ impl Fixture {
         self.build(false)
     }
 
+    /// The same ground, where hops land by a table of twelve landings for each of two soils and 25 × 25 slopes: about the target,
+    /// shorter uphill, longer downhill, and beside it downhill.
+    ///
+    /// # Errors
+    /// If its size is out of range.
+    pub fn table_world(&self) -> Result<TableWorld, Error> {
+        let ground = self.world()?;
+        let Rules { discount, loss, leaving, .. } = *ground.rules();
+        let slopes = || (-BINS..=BINS).map(|bin| f64::from(bin) / f64::from(BINS));
+        let rows = HOP_SPREADS.into_iter().flat_map(|spread| {
+            slopes().flat_map(move |along| slopes().map(move |across| bell_row(along, across, spread)))
+        });
+        let table = LandingTable::new(rows.collect())?;
+        let mut world =
+            TableWorld::new(self.width, self.height, TableRules { discount, loss, leaving }, table)?;
+        for node in 0..ground.nodes() {
+            let Site { kind, payoff, slope_east, slope_north, soil } = ground.site(node);
+            let towards = |hop| match hop {
+                Hop::North => slope_north,
+                Hop::East => slope_east,
+                Hop::South => -slope_north,
+                Hop::West => -slope_east,
+            };
+            let bin = |slope: f64| (libm::round(slope * f64::from(BINS)) + f64::from(BINS)) as u16;
+            let side = 2 * BINS as u16 + 1;
+            let classes = Hop::ALL
+                .map(|hop| (u16::from(soil) * side + bin(towards(hop))) * side + bin(towards(hop.left())));
+            world.set(node, TableSite { kind, payoff, classes });
+        }
+        Ok(world)
+    }
+
     fn build(&self, seen: bool) -> Result<GridWorld, Error> {
         let rules = Rules { discount: DISCOUNT, loss: 0.0, leaving: self.leaving, soils: vec![HARD, SAND] };
         let mut world = GridWorld::new(self.width, self.height, rules)?;
@@ -199,6 +232,27 @@ impl Fixture {
         }
         sand
     }
+}
+
+/// Classes of slope to each side of level ground.
+const BINS: i16 = 12;
+
+/// Standard deviation of a landing along each axis, hops: on hard ground and on sand.
+const HOP_SPREADS: [f64; 2] = [0.4, 0.3];
+
+/// Twelve landings about where a hop is expected to come to rest, at slopes in slope limits.
+fn bell_row(along: f64, across: f64, spread: f64) -> Row {
+    const OFFSETS: [(i8, i8); 12] =
+        [(1, 0), (0, 0), (2, 0), (1, 1), (1, -1), (0, 1), (0, -1), (-1, 0), (2, 1), (2, -1), (1, 2), (1, -2)];
+    let ahead = if along > 0.0 { 1.0 - along } else { 1.0 - 0.3 * along };
+    let weight = |(forward, left): (i8, i8)| {
+        let (forward, left) = (f64::from(forward) - ahead, f64::from(left) + 0.5 * across);
+        libm::exp(-(forward * forward + left * left) / (2.0 * spread * spread))
+    };
+    let whole: f64 = OFFSETS.into_iter().map(weight).sum();
+    let landing =
+        |offset: (i8, i8)| Landing { forward: offset.0, left: offset.1, probability: weight(offset) / whole };
+    Row { landings: OFFSETS.into_iter().map(landing).collect() }
 }
 
 /// Maps the range of `values` to [0, 1].

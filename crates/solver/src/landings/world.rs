@@ -131,9 +131,14 @@ impl TableWorld {
     /// The node `forward` hops ahead of `node` and `left` hops to the left of `hop`; `None` outside the grid.
     #[must_use]
     pub fn landing(&self, node: usize, hop: Hop, forward: i8, left: i8) -> Option<usize> {
+        self.landing_from([node % self.width, node / self.width], hop, forward, left)
+    }
+
+    /// [`Self::landing`] from the node in that column and row.
+    #[inline]
+    pub(super) fn landing_from(&self, [x, y]: [usize; 2], hop: Hop, forward: i8, left: i8) -> Option<usize> {
         let [east, north] = offset(hop, forward, left);
-        let x = (node % self.width).checked_add_signed(east)?;
-        let y = (node / self.width).checked_add_signed(north)?;
+        let (x, y) = (x.checked_add_signed(east)?, y.checked_add_signed(north)?);
         if x < self.width && y < self.height { Some(y * self.width + x) } else { None }
     }
 
