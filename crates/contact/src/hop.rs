@@ -7,7 +7,7 @@ use crate::bounds::{ARCS_A_CELL, ARCS_MAX, IMPACTS_MAX, IMPACTS_TOLD};
 use crate::flight::{Landing, fly};
 use crate::impact::{impact, tangential};
 use crate::noise::Noise;
-use crate::roll::{Rest, roll};
+use crate::roll::{Rest, Rolling};
 use crate::surface::{Field, Surface};
 
 /// How a hop ends.
@@ -36,6 +36,8 @@ pub struct Impact {
     pub before: Vector3<f64>,
     /// m/s.
     pub after: Vector3<f64>,
+    /// Spin before and after, rad/s.
+    pub spins: [Vector3<f64>; 2],
     /// Since the launch, seconds.
     pub seconds: f64,
 }
@@ -70,6 +72,21 @@ pub struct Place<'a, F> {
     pub gravity_mps2: f64,
     /// Length of the hop that is aimed, metres.
     pub hop_m: f64,
+}
+
+/// How a hop ends, without its impacts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ending {
+    /// How it ends.
+    pub end: End,
+    /// Where, metres.
+    pub position: Vector3<f64>,
+    /// All impacts.
+    pub impact_count: u32,
+    /// Way rolled, metres.
+    pub rolled_m: f64,
+    /// From launch to rest, seconds.
+    pub seconds: f64,
 }
 
 /// What of a hop is followed at most.
@@ -109,31 +126,38 @@ impl<F: Field> Place<'_, F> {
     /// `noise` for its roughness.
     #[must_use]
     pub fn hop(&self, from: Vector3<f64>, launched: Vector3<f64>, noise: &mut Noise) -> Hop {
-        self.hop_within(from, launched, noise, &Limits::default())
+        let mut impacts = Vec::with_capacity(IMPACTS_TOLD);
+        let tell = |impact: &Impact| {
+            if impacts.len() < IMPACTS_TOLD {
+                impacts.push(*impact);
+            }
+        };
+        let ending = self.follow(from, launched, noise, &Limits::default(), tell);
+        let Ending { end, position, impact_count, rolled_m, seconds } = ending;
+        Hop { end, position, launched, impacts, impact_count, rolled_m, seconds }
     }
 
-    /// As [`Place::hop`], followed within limits.
+    /// As [`Place::hop`], followed within limits, with each impact told as it happens and none kept.
     // Long: one loop over flights, impacts and rolls.
     #[must_use]
-    pub fn hop_within(
+    pub fn follow(
         &self,
         from: Vector3<f64>,
         launched: Vector3<f64>,
         noise: &mut Noise,
         limits: &Limits,
-    ) -> Hop {
+        mut tell: impl FnMut(&Impact),
+    ) -> Ending {
         let Self { surface, body, gravity_mps2, hop_m } = *self;
-        let arc_m = surface.cell_m().min(hop_m) / ARCS_A_CELL;
         let stop_mps = body.stop_mps(gravity_mps2);
-        let mut hop = Hop {
-            end: End::Rest,
-            position: from,
-            launched,
-            impacts: Vec::new(),
-            impact_count: 0,
-            rolled_m: 0.0,
-            seconds: 0.0,
+        let rolling = Rolling {
+            inertia: 1.0 + body.inertia,
+            gravity_mps2,
+            stop_mps,
+            arc_m: surface.cell_m().min(hop_m) / ARCS_A_CELL,
+            arcs_max: limits.arcs,
         };
+        let mut hop = Ending { end: End::Rest, position: from, impact_count: 0, rolled_m: 0.0, seconds: 0.0 };
         let (mut patches, mut arcs) = (0, 0);
         let (mut velocity, mut spin) = (launched, Vector3::zeros());
         let mut patch = surface.patch(from.x, from.y);
@@ -141,34 +165,38 @@ impl<F: Field> Place<'_, F> {
             let flown = fly(surface, patch, hop.position, velocity, gravity_mps2, &mut patches);
             (hop.position, hop.seconds) = (flown.position, hop.seconds + flown.seconds);
             velocity = flown.velocity;
-            patch = match flown.landing {
-                Landing::Ground(patch) => patch,
-                Landing::LeftMap => return Hop { end: End::LeftMap, ..hop },
-                Landing::Endless => return Hop { end: End::RolledAway, ..hop },
+            let mut ground = match flown.landing {
+                Landing::Ground(on, ground) => {
+                    patch = on;
+                    ground
+                }
+                Landing::LeftMap => return Ending { end: End::LeftMap, ..hop },
+                Landing::Endless => return Ending { end: End::RolledAway, ..hop },
             };
             if limits.to_first_contact {
                 return hop;
             }
             loop {
                 if hop.impact_count == limits.impacts {
-                    return Hop { end: End::BouncedOn, ..hop };
+                    return Ending { end: End::BouncedOn, ..hop };
                 }
-                let ground = surface.bilinear(patch);
                 let (x, y) = (hop.position.x, hop.position.y);
                 hop.position.z = ground.height_m(x, y);
                 let (normal, soil) = (ground.normal(x, y), surface.soil(x, y));
                 let rough = {
-                    let first = 3 + 2 * u64::from(hop.impact_count);
-                    let lean = Vector3::new(noise.normal(first), noise.normal(first + 1), 0.0);
-                    let long = normal + lean * soil.roughness_rad;
+                    let lean = noise.lean(hop.impact_count, soil.roughness_rad);
+                    let long = normal + lean;
                     long / libm::sqrt(long.norm_squared())
                 };
-                let before = velocity;
-                [velocity, spin] = impact(body, soil, gravity_mps2, [velocity, spin], normal, rough);
-                if hop.impacts.len() < IMPACTS_TOLD {
-                    let (position, seconds) = (hop.position, hop.seconds);
-                    hop.impacts.push(Impact { position, before, after: velocity, seconds });
-                }
+                let before = [velocity, spin];
+                [velocity, spin] = impact(body, soil, gravity_mps2, before, normal, rough);
+                tell(&Impact {
+                    position: hop.position,
+                    before: before[0],
+                    after: velocity,
+                    spins: [before[1], spin],
+                    seconds: hop.seconds,
+                });
                 hop.impact_count += 1;
                 if velocity.dot(&normal) >= stop_mps {
                     break;
@@ -176,28 +204,21 @@ impl<F: Field> Place<'_, F> {
                 // It rolls without slipping, and gains nothing by that.
                 let along = tangential(velocity, normal);
                 let slip = tangential(along + spin.cross(&(normal * -body.radius_m)), normal);
-                let rolled = roll(
-                    surface,
-                    body,
-                    gravity_mps2,
-                    arc_m,
-                    hop.position,
-                    along - slip * body.sticking(),
-                    &mut arcs,
-                    limits.arcs,
-                );
+                let rolled =
+                    rolling.roll(surface, patch, hop.position, along - slip * body.sticking(), &mut arcs);
                 hop.position = rolled.position;
                 hop.rolled_m += rolled.metres;
                 hop.seconds += rolled.seconds;
                 velocity = rolled.velocity;
                 match rolled.rest {
                     Rest::Rests => return hop,
-                    Rest::Caught => return Hop { end: End::Caught, ..hop },
-                    Rest::LeftMap => return Hop { end: End::LeftMap, ..hop },
-                    Rest::RolledAway => return Hop { end: End::RolledAway, ..hop },
+                    Rest::Caught => return Ending { end: End::Caught, ..hop },
+                    Rest::LeftMap => return Ending { end: End::LeftMap, ..hop },
+                    Rest::RolledAway => return Ending { end: End::RolledAway, ..hop },
                     Rest::Bounces(next) => {
                         patch = next;
-                        let normal = surface.bilinear(patch).normal(hop.position.x, hop.position.y);
+                        ground = surface.bilinear(patch);
+                        let normal = ground.normal(hop.position.x, hop.position.y);
                         // As it rolls, so it spins.
                         spin = normal.cross(&velocity) / body.radius_m;
                         if velocity.dot(&normal) > 0.0 {

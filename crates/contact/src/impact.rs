@@ -10,6 +10,7 @@ use crate::soil::Soil;
 ///
 /// Sticking or sliding by Coulomb's law, without tangential restitution.
 #[must_use]
+#[inline]
 pub fn impact(
     body: &Body,
     soil: &Soil,
@@ -40,6 +41,7 @@ pub fn impact(
 }
 
 /// The part of a vector along a surface.
+#[inline]
 pub(crate) fn tangential(vector: Vector3<f64>, normal: Vector3<f64>) -> Vector3<f64> {
     vector - normal * vector.dot(&normal)
 }

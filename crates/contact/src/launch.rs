@@ -50,11 +50,16 @@ impl Aim {
     /// The velocity of a launch at that speed, turned by so much.
     #[must_use]
     pub fn velocity(&self, speed_mps: f64, azimuth_rad: f64, elevation_rad: f64) -> Vector3<f64> {
+        self.direction(azimuth_rad, elevation_rad) * speed_mps
+    }
+
+    /// Of length 1.
+    fn direction(&self, azimuth_rad: f64, elevation_rad: f64) -> Vector3<f64> {
         let [east, north] = self.target_m;
         let azimuth = libm::atan2(north, east) + azimuth_rad;
         let elevation = self.elevation_rad + elevation_rad;
         let level = libm::cos(elevation);
-        Vector3::new(level * libm::cos(azimuth), level * libm::sin(azimuth), libm::sin(elevation)) * speed_mps
+        Vector3::new(level * libm::cos(azimuth), level * libm::sin(azimuth), libm::sin(elevation))
     }
 
     /// The speed at which a hop without errors, on a plane without roughness, comes to rest at the target's distance, measured along
@@ -81,11 +86,12 @@ impl Aim {
             to_first_contact: steep > smooth.rolling,
         };
         let from = Vector3::new(middle_m, middle_m, surface.height_m(middle_m, middle_m));
+        let direction = self.direction(0.0, 0.0);
         // How much too far a hop at that squared speed ends, metres.
         let miss_m = |squared: f64| {
-            let launch = self.velocity(libm::sqrt(squared), 0.0, 0.0);
+            let launch = direction * libm::sqrt(squared);
             let Some(launched) = place.foothold(from, launch) else { return -distance_m };
-            let hop = place.hop_within(from, launched, &mut Noise::none(), &limits);
+            let hop = place.follow(from, launched, &mut Noise::none(), &limits, |_| {});
             match hop.end {
                 End::Rest | End::Caught => {
                     let gone = hop.position - from;

@@ -20,7 +20,7 @@ mod soil;
 mod surface;
 
 pub use body::Body;
-pub use hop::{End, Hop, Impact, Limits, Place};
+pub use hop::{End, Ending, Hop, Impact, Limits, Place};
 pub use impact::impact;
 pub use launch::{Aim, Known, LaunchErrors};
 pub use noise::{NORMAL_MAX, Noise};

@@ -3,43 +3,44 @@
 use crate::soil::Soil;
 use crate::surface::Field;
 
-/// Columns and rows of a plane.
-const SIDE: usize = 64;
+/// How far a plane extends from its middle, in lengths of a hop.
+const HOPS: f64 = 32.0;
 
-/// A plane through the middle of its ground at height 0.
+/// A plane through the middle of its ground at height 0. It is one patch: nothing is to be walked, and no arc of rolling is cut short
+/// at a border.
 #[derive(Clone, Copy, Debug)]
 pub struct Plane {
-    cell_m: f64,
+    middle_m: f64,
     /// (∂h/∂x, ∂h/∂y).
     gradient: [f64; 2],
     soil: Soil,
 }
 
 impl Plane {
-    /// A plane of 64 × 64 cells of that edge, metres.
+    /// A plane of 64 × 64 hops of that length, metres.
     #[must_use]
-    pub fn new(cell_m: f64, gradient: [f64; 2], soil: Soil) -> Self {
-        Self { cell_m, gradient, soil }
+    pub fn new(hop_m: f64, gradient: [f64; 2], soil: Soil) -> Self {
+        Self { middle_m: HOPS * hop_m, gradient, soil }
     }
 
     /// Its middle, metres along each axis.
     #[must_use]
     pub fn middle_m(&self) -> f64 {
-        SIDE as f64 / 2.0 * self.cell_m
+        self.middle_m
     }
 }
 
 impl Field for Plane {
     fn size(&self) -> [usize; 2] {
-        [SIDE; 2]
+        [2; 2]
     }
 
     fn cell_m(&self) -> f64 {
-        self.cell_m
+        self.middle_m
     }
 
     fn height_m(&self, column: usize, row: usize) -> f64 {
-        let from_middle = |index: usize| (index as f64 + 0.5 - SIDE as f64 / 2.0) * self.cell_m;
+        let from_middle = |index: usize| if index == 0 { -0.5 * self.middle_m } else { 0.5 * self.middle_m };
         self.gradient[0] * from_middle(column) + self.gradient[1] * from_middle(row)
     }
 

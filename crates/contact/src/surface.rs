@@ -59,6 +59,7 @@ impl<F: Field> Surface<F> {
 
     /// Edge of a cell, metres.
     #[must_use]
+    #[inline]
     pub fn cell_m(&self) -> f64 {
         self.field.cell_m()
     }
@@ -71,12 +72,14 @@ impl<F: Field> Surface<F> {
 
     /// The upward unit normal at (x, y).
     #[must_use]
+    #[inline]
     pub fn normal(&self, x: f64, y: f64) -> Vector3<f64> {
         self.bilinear(self.patch(x, y)).normal(x, y)
     }
 
     /// The soil at (x, y): that of the nearest centre.
     #[must_use]
+    #[inline]
     pub fn soil(&self, x: f64, y: f64) -> &Soil {
         let [width, height] = self.field.size();
         let at = |metres: f64, count: usize| ((metres / self.cell_m()).max(0.0) as usize).min(count - 1);
@@ -84,6 +87,7 @@ impl<F: Field> Surface<F> {
     }
 
     /// The patch at (x, y); outside the outermost one on that side.
+    #[inline]
     pub(crate) fn patch(&self, x: f64, y: f64) -> Patch {
         let [width, height] = self.field.size();
         let at =
@@ -91,18 +95,29 @@ impl<F: Field> Surface<F> {
         Patch { column: at(x, width), row: at(y, height) }
     }
 
-    /// West, east, south and north border of a patch, metres.
-    pub(crate) fn borders(&self, patch: Patch) -> [f64; 4] {
-        let ([width, height], cell_m) = (self.field.size(), self.cell_m());
-        let centre = |index: usize| (index as f64 + 0.5) * cell_m;
-        let low = |index: usize| if index == 0 { 0.0 } else { centre(index) };
-        let high = |index: usize, count: usize| {
-            if index + 2 == count { count as f64 * cell_m } else { centre(index + 1) }
-        };
-        [low(patch.column), high(patch.column, width), low(patch.row), high(patch.row, height)]
+    /// Western and eastern border of a patch, metres.
+    #[inline]
+    pub(crate) fn columns(&self, patch: Patch) -> [f64; 2] {
+        self.borders(patch.column, self.field.size()[0])
+    }
+
+    /// Southern and northern border of a patch, metres.
+    #[inline]
+    pub(crate) fn rows(&self, patch: Patch) -> [f64; 2] {
+        self.borders(patch.row, self.field.size()[1])
+    }
+
+    #[inline]
+    fn borders(&self, index: usize, count: usize) -> [f64; 2] {
+        let cell_m = self.cell_m();
+        let low = if index == 0 { 0.0 } else { (index as f64 + 0.5) * cell_m };
+        let high =
+            if index + 2 == count { count as f64 * cell_m } else { ((index + 1) as f64 + 0.5) * cell_m };
+        [low, high]
     }
 
     /// The patch beside one, so many columns and rows on; `None` off the ground.
+    #[inline]
     pub(crate) fn beside(&self, patch: Patch, columns: i32, rows: i32) -> Option<Patch> {
         let [width, height] = self.field.size();
         let step = |index: usize, by: i32, count: usize| {
@@ -111,6 +126,7 @@ impl<F: Field> Surface<F> {
         Some(Patch { column: step(patch.column, columns, width)?, row: step(patch.row, rows, height)? })
     }
 
+    #[inline]
     pub(crate) fn bilinear(&self, patch: Patch) -> Bilinear {
         let Patch { column, row } = patch;
         let at = |column: usize, row: usize| self.field.height_m(column, row);
@@ -129,17 +145,27 @@ impl<F: Field> Surface<F> {
 }
 
 impl Bilinear {
+    #[inline]
     pub fn height_m(&self, x: f64, y: f64) -> f64 {
         let (u, v) = (x - self.x0, y - self.y0);
         self.a + self.b * u + self.c * v + self.d * u * v
     }
 
     /// (∂h/∂x, ∂h/∂y).
+    #[inline]
     pub fn gradient(&self, x: f64, y: f64) -> [f64; 2] {
         let (u, v) = (x - self.x0, y - self.y0);
         [self.b + self.d * v, self.c + self.d * u]
     }
 
+    /// Height along a straight way as h + first s + second s², with s in metres along a heading.
+    #[inline]
+    pub fn along(&self, from: Vector3<f64>, heading: Vector3<f64>) -> [f64; 2] {
+        let [east, north] = self.gradient(from.x, from.y);
+        [east * heading.x + north * heading.y, self.d * heading.x * heading.y]
+    }
+
+    #[inline]
     pub fn normal(&self, x: f64, y: f64) -> Vector3<f64> {
         let [east, north] = self.gradient(x, y);
         let long = Vector3::new(-east, -north, 1.0);
