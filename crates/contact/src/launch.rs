@@ -69,10 +69,30 @@ impl Aim {
     /// with at most [`TRIM_EVALUATIONS`] hops.
     #[must_use]
     pub fn trimmed_mps(&self, body: &Body, gravity_mps2: f64, known: &Known) -> f64 {
-        let distance_m = self.distance_m();
-        if distance_m == 0.0 {
+        if self.distance_m() == 0.0 {
             return 0.0;
         }
+        self.over(body, gravity_mps2, known, |miss_m| self.root_mps(miss_m))
+    }
+
+    /// Whether a hop without errors at the largest speed comes as far as the target on such a plane.
+    #[must_use]
+    pub fn is_reached(&self, body: &Body, gravity_mps2: f64, known: &Known) -> bool {
+        let distance_m = self.distance_m();
+        let most = self.speed_max_mps * self.speed_max_mps;
+        distance_m == 0.0
+            || self.over(body, gravity_mps2, known, |miss_m| miss_m(most) >= -TRIM_TOLERANCE * distance_m)
+    }
+
+    /// What `ask` makes of how much too far a hop at a squared speed ends, metres, on a plane without roughness.
+    fn over<A>(
+        &self,
+        body: &Body,
+        gravity_mps2: f64,
+        known: &Known,
+        ask: impl FnOnce(&dyn Fn(f64) -> f64) -> A,
+    ) -> A {
+        let distance_m = self.distance_m();
         let smooth = Soil { roughness_rad: 0.0, ..known.soil };
         let plane = Plane::new(distance_m, known.gradient, smooth);
         let middle_m = plane.middle_m();
@@ -87,8 +107,7 @@ impl Aim {
         };
         let from = Vector3::new(middle_m, middle_m, surface.height_m(middle_m, middle_m));
         let direction = self.direction(0.0, 0.0);
-        // How much too far a hop at that squared speed ends, metres.
-        let miss_m = |squared: f64| {
+        ask(&|squared: f64| {
             let launch = direction * libm::sqrt(squared);
             let Some(launched) = place.foothold(from, launch) else { return -distance_m };
             let hop = place.follow(from, launched, &mut Noise::none(), &limits, |_| {});
@@ -99,7 +118,12 @@ impl Aim {
                 }
                 _ => distance_m,
             }
-        };
+        })
+    }
+
+    /// The speed at which a hop misses least, m/s.
+    fn root_mps(&self, miss_m: &dyn Fn(f64) -> f64) -> f64 {
+        let distance_m = self.distance_m();
         let most = self.speed_max_mps * self.speed_max_mps;
         let (mut low, mut low_miss) = (0.0, -distance_m);
         let (mut high, mut high_miss) = (most, miss_m(most));

@@ -169,6 +169,21 @@ pub enum ScenarioError {
         /// Value in the scenario.
         got: String,
     },
+    /// Under contact dynamics no launch reaches the next cell on the flat.
+    #[error(
+        "truth.dynamics: need a launch that comes to rest {hop_m} m away on level {soil}, one hop; the fastest, {speed_mps} m/s with \
+         a grip of {foot}, falls short: raise `speed_max_mps`, or `foot` or `restitution` of {soil}"
+    )]
+    ShortHop {
+        /// The soil.
+        soil: &'static str,
+        /// Length of a hop, metres.
+        hop_m: f64,
+        /// Largest launch speed, m/s.
+        speed_mps: f64,
+        /// Grip of the foot on that soil.
+        foot: f64,
+    },
     /// The start or a goal lies outside the map.
     #[error("{field}: need a cell within (0, 0) to {last}, got {got}")]
     OffMap {

@@ -63,6 +63,7 @@ impl Scenario {
         // The wire messages check every bound that applies to scenarios too.
         let robots: Vec<RobotV1> = brief.robots.iter().map(RobotV1::from).collect();
         brief = brief_from_wire(&BriefV10::from(&brief), &robots).map_err(ScenarioError::Brief)?;
+        resolved.truth.dynamics.check_hops(&brief, &terrain)?;
         for ground in &terrain.cells {
             Ground::try_from(&GroundV2::from(ground)).map_err(ScenarioError::Brief)?;
         }

@@ -1,10 +1,11 @@
 //! A body that flies, hits, bounces and rolls.
 
-use ::contact::{Body, LaunchErrors, Soil};
-use contract::Grid;
+use ::contact::{Aim, Body, Known, LaunchErrors, Soil};
+use contract::{Body as RobotBody, Brief, Grid, Soil as SoilKind};
 #[cfg(test)]
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use terrain::Terrain;
 
 use super::{Preset, Rules};
 use crate::ScenarioError;
@@ -197,6 +198,36 @@ impl Rules for ContactRules {
         ] {
             for ((field, value), (min, max, need)) in fields.into_iter().zip(values(soil)).zip(SOIL_RANGES) {
                 in_range(field, value, min..=max, need)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn check_hops(&self, brief: &Brief, terrain: &Terrain) -> Result<(), ScenarioError> {
+        let ContactParameters { body: sphere, nominal, .. } = &self.parameters();
+        let hop_m = brief.grid.hop_distance_m();
+        let hoppers = brief.robots.iter().filter_map(|robot| match &robot.body {
+            RobotBody::Hopper(hopper) => Some(hopper.motion),
+            _ => None,
+        });
+        for motion in hoppers {
+            let design = motion::launch_over(&motion, hop_m);
+            let aim = Aim {
+                target_m: [hop_m, 0.0],
+                elevation_rad: motion.launch_angle_rad,
+                speed_max_mps: self.parameters().speed_max_mps(design.speed_mps),
+            };
+            for kind in SoilKind::ALL {
+                let known = Known { gradient: [0.0; 2], soil: nominal[kind as usize] };
+                let is_there = terrain.cells.iter().any(|ground| ground.soil == kind);
+                if is_there && !aim.is_reached(sphere, motion.gravity_mps2, &known) {
+                    return Err(ScenarioError::ShortHop {
+                        soil: kind.name(),
+                        hop_m,
+                        speed_mps: aim.speed_max_mps,
+                        foot: known.soil.foot,
+                    });
+                }
             }
         }
         Ok(())

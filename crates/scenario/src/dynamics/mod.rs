@@ -1,9 +1,10 @@
 //! Section `[truth.dynamics]`: where a hop ends in truth, one file a motion model.
 
-use contract::{Grid, MotionModel};
+use contract::{Brief, Grid, MotionModel};
 #[cfg(test)]
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use terrain::Terrain;
 
 use crate::ScenarioError;
 
@@ -16,6 +17,12 @@ trait Rules {
     /// Checks them for hops on a lattice.
     fn check(&self, grid: &Grid) -> Result<(), ScenarioError> {
         let _ = grid;
+        Ok(())
+    }
+
+    /// Checks that the hoppers of a mission on this terrain can hop at all.
+    fn check_hops(&self, brief: &Brief, terrain: &Terrain) -> Result<(), ScenarioError> {
+        let _ = (brief, terrain);
         Ok(())
     }
 }
@@ -56,6 +63,13 @@ macro_rules! models {
             pub(crate) fn check(&self, grid: &Grid) -> Result<(), ScenarioError> {
                 match self {
                     $(Self::$model(rules) => rules.check(grid),)+
+                }
+            }
+
+            /// Checks that the hoppers of a mission on this terrain can hop at all.
+            pub(crate) fn check_hops(&self, brief: &Brief, terrain: &Terrain) -> Result<(), ScenarioError> {
+                match self {
+                    $(Self::$model(rules) => rules.check_hops(brief, terrain),)+
                 }
             }
         }
