@@ -228,9 +228,10 @@ fn only_node_uses_iceoryx2() {
 }
 
 /// Packages that are not engines: they run processes, threads, or commands on a machine.
-const HOSTS: [&str; 15] = [
+const HOSTS: [&str; 16] = [
     ".",
     "bench",
+    "bench/impacts",
     "crates/node",
     "monitor/foxglove",
     "monitor/terminal",
