@@ -1,6 +1,6 @@
 //! Reads campaign files: the grid, and how often each cell is flown.
 
-use contract::{DistanceNorm, Name, Profile};
+use contract::{DistanceNorm, MotionModel, Name, Profile};
 use scenario::{CellPoint, OpenPoints, Scenario, TerrainSource};
 use serde::{Deserialize, Serialize};
 
@@ -39,6 +39,9 @@ pub struct Campaign {
     /// Readings of the model's open points that replace the scenario's; if empty, the scenario's own is used.
     #[serde(default)]
     pub readings: Vec<NamedReading>,
+    /// Where hops end in truth, in place of the scenarios' own.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub dynamics: Option<MotionModel>,
 }
 
 /// One weighting of the grid.

@@ -117,7 +117,8 @@ impl Campaign {
                 });
             }
             for profile in &self.profiles {
-                let overrides = Overrides { profile: Some(*profile), ..Overrides::default() };
+                let overrides =
+                    Overrides { profile: Some(*profile), dynamics: self.dynamics, ..Overrides::default() };
                 let scenario = scenario.clone().with(&overrides);
                 for (reading, scenario) in self.under_readings(scenario) {
                     for planner in &self.planners {

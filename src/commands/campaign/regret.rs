@@ -18,6 +18,10 @@ pub fn bounds(plan: &Plan) -> Vec<Option<Bound>> {
         if world.brief.account != Account::Hopper || world.brief.visits().is_some() {
             return None;
         }
+        // Of the law alone: where a hop ends between cells, what can be reached depends on more than the cell.
+        if !world.dynamics.is_law() {
+            return None;
+        }
         let states = (world.brief.grid.cells() as u64).checked_mul(world.brief.limits.steps_max)?;
         if states > STATES_MAX {
             return None;
