@@ -7,8 +7,8 @@ use std::sync::{Arc, Mutex};
 
 use contract::limits::PAST_PAGE_RECORDS;
 use contract::{
-    Action, Brief, Decision, Detail, DetailPage, Goal, MapPatch, MonotonicNs, MotionModel, Name, Pacing, PastPage, Policy, PolicyCell, Record,
-    RobotId, RunId, State,
+    Action, Brief, Decision, Detail, DetailPage, Goal, MapPatch, MonotonicNs, MotionModel, Name, Pacing,
+    PastPage, Policy, PolicyCell, Record, RobotId, RunId, State,
 };
 use hopper_sim::{Arbiter, Mission, Pace};
 use lockstep::PlannerSchedule;
@@ -151,8 +151,7 @@ fn details_are_asked_for_in_turn_and_told_once_and_nothing_is_asked_for_under_th
         };
         answered += 1;
         // Every third answer is lost, and every fifth is one of another decision.
-        let decision =
-            if answered % 5 == 0 { Decision(request.decision.0 + 1) } else { request.decision };
+        let decision = if answered % 5 == 0 { Decision(request.decision.0 + 1) } else { request.decision };
         let answer = if answered % 3 == 0 { None } else { page(decision) };
         if let Some(answer) = answer {
             account.on(Input::Detail(&answer), now);

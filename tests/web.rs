@@ -562,8 +562,10 @@ fn the_page_gets_every_impact_to_the_bit_as_the_journal_has_it() {
     run.code();
     let shown = json(&mission.hopper(&["journal", "show", "journal", "--format", "json"]).output().unwrap());
     let records = shown["records"].as_array().unwrap();
-    let journal: Vec<_> =
-        records.iter().map(|record| (record["decision"].as_u64().unwrap(), record["detail"].clone())).collect();
+    let journal: Vec<_> = records
+        .iter()
+        .map(|record| (record["decision"].as_u64().unwrap(), record["detail"].clone()))
+        .collect();
     let impacts = |(_, detail): &(u64, serde_json::Value)| detail["path"].as_array().unwrap().len();
     assert!(!journal.is_empty() && journal.iter().map(impacts).max() > Some(2), "some hops bounce: {shown}");
     assert_eq!(live, journal);
@@ -575,8 +577,7 @@ fn the_page_gets_every_impact_to_the_bit_as_the_journal_has_it() {
     let exported = mission.hopper(&export).output().unwrap();
     let lines = String::from_utf8(exported.stdout).unwrap();
     let rows = lines.lines().map(|line| serde_json::from_str::<serde_json::Value>(line).unwrap());
-    let rows: Vec<_> =
-        rows.map(|row| (row["decision"].as_u64().unwrap(), row["detail"].clone())).collect();
+    let rows: Vec<_> = rows.map(|row| (row["decision"].as_u64().unwrap(), row["detail"].clone())).collect();
     assert_eq!(rows, journal, "{}", String::from_utf8_lossy(&exported.stderr));
 }
 

@@ -9,7 +9,7 @@ use contract::message::Visitor;
 use contract::spelling::did_you_mean;
 use contract::{
     Brief, DetailPage, DetailRequest, Heartbeat, Message, MonotonicNs, Payload, PeerTable, Refusal, Request,
-    RobotId, Role, Robots, State, Truth, TruthRequest,
+    RobotId, Robots, Role, State, Truth, TruthRequest,
 };
 use follow::{DetailFollower, TruthFollower};
 use node::inspect::services;
@@ -427,8 +427,7 @@ fn open(node: &mut Node, topic: &Topic, full: bool) -> Result<Next, NodeError> {
 /// What the motion model tells of each decision from now on, asked for as its state comes.
 fn details(node: &mut Node) -> Result<Next, NodeError> {
     let robot = RobotId(0);
-    let (mut briefs, mut states) =
-        (node.reader::<Brief>(robot, false)?, node.reader::<State>(robot, false)?);
+    let (mut briefs, mut states) = (node.reader::<Brief>(robot, false)?, node.reader::<State>(robot, false)?);
     let mut client = node.client::<DetailRequest>(robot)?;
     let (mut follower, mut robots) = (DetailFollower::default(), None::<Robots>);
     Ok(Box::new(move || {

@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 
 use contract::{
-    Account, Brief, Detail, DetailPage, MonotonicNs, PastPage, Policy, Record, RobotId, Route, RoutePage, State, Team,
+    Account, Brief, Detail, DetailPage, MonotonicNs, PastPage, Policy, Record, RobotId, Route, RoutePage,
+    State, Team,
 };
 use hopper_sim::{JournalReader, Mission};
 use monitor::shell::{PAGE_ADDRESS, address, serve_on};

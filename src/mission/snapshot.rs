@@ -1,6 +1,8 @@
 //! The state of a mission after a number of hops, ready to be drawn.
 
-use contract::{Account, Brief, Decision, Detail, Leg, ObservedMap, PolicyCell, Record, Route, State, Status};
+use contract::{
+    Account, Brief, Decision, Detail, Leg, ObservedMap, PolicyCell, Record, Route, State, Status,
+};
 use planner::{Budget, Situation};
 use report::Picture;
 use scenario::ResolvedScenario;

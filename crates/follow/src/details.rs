@@ -91,9 +91,9 @@ mod tests {
     use contract::limits::ASK_AGAIN_NS;
     use contract::motion_model::FIGURES;
     use contract::{
-        Action, Branch, Cell, Collected, Digest, Direction, Flight, GradientSource, Grid, Leader, MotionModel,
-        MotionParameters, Origin, Outcome, PathPoint, Pose, Robot, RobotId, SensorParameters, SoilMotion,
-        Status, Timing, Vetoed,
+        Action, Branch, Cell, Collected, Digest, Direction, Flight, GradientSource, Grid, Leader,
+        MotionModel, MotionParameters, Origin, Outcome, PathPoint, Pose, Robot, RobotId, SensorParameters,
+        SoilMotion, Status, Timing, Vetoed,
     };
 
     use super::*;

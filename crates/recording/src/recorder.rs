@@ -112,7 +112,8 @@ impl Recorder {
         // The end of a mission is acknowledged once its last record is in the file, so it does not wait for its chunk.
         let (written, routes) = (self.transcript.written(), self.transcript.routes_written());
         let details = self.transcript.details_written();
-        let is_flushed = (self.flushed, self.flushed_routes, self.flushed_details) == (written, routes, details);
+        let is_flushed =
+            (self.flushed, self.flushed_routes, self.flushed_details) == (written, routes, details);
         if now.since_ns(self.closed) >= CHUNK_NS || self.transcript.is_complete() && !is_flushed {
             self.closed = now;
             self.writer.flush()?;

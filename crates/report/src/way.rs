@@ -47,7 +47,9 @@ pub fn stretches(detail: &Detail) -> Vec<Stretch> {
     let count = detail.path.len();
     let stretches = detail.path.iter().zip(ends).enumerate();
     let stretches = stretches.filter(|(_, (point, (to_m, _)))| point.at_m != *to_m);
-    stretches.map(|(place, (point, (to_m, ends_s)))| stretch(point, to_m, ends_s, place + 1 == count)).collect()
+    stretches
+        .map(|(place, (point, (to_m, ends_s)))| stretch(point, to_m, ends_s, place + 1 == count))
+        .collect()
 }
 
 /// Where the body hit the ground, of the impacts that are told.
@@ -71,7 +73,7 @@ pub fn ending(detail: &Detail) -> &'static str {
     match (detail.model, detail.path.is_empty()) {
         (MotionModel::Contact, _) => match detail.figure("end").map_or(0, |end| end as u8) {
             1 => "it came to rest",
-            2 => "it was caught in a crease, in a pit or at a wall",
+            2 => "it was caught (crease, pit or wall)",
             3 => "it did not get off the ground",
             4 => "it left the map",
             5 => "it rolled away",
@@ -106,8 +108,7 @@ fn stretch(point: &PathPoint, to_m: [f64; 3], ends_s: Option<f64>, is_last: bool
     };
     // Nothing is told of a way on the ground where the model tells no time.
     let miss_m = [0, 1].map(|axis: usize| leaves_mps[axis] * lasts_s - way_m[axis]);
-    let flies =
-        ends_s.is_none() || libm::hypot(miss_m[0], miss_m[1]) <= FLIGHT_TOLERANCE * (1.0 + length_m);
+    let flies = ends_s.is_none() || libm::hypot(miss_m[0], miss_m[1]) <= FLIGHT_TOLERANCE * (1.0 + length_m);
     let launch_mps = flies.then_some(leaves_mps);
     Stretch { from_m, to_m, begins_s, ends_s: begins_s + lasts_s, launch_mps, is_last }
 }

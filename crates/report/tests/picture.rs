@@ -6,9 +6,9 @@
 mod mission;
 
 use contract::{
-    Account, Action, Body, Branch, Brief, Cell, Cover, Decision, Detail, Direction, Goal, Ground, MotionModel,
-    ObservedMap, PathPoint, PolicyCell, Record, Robot, RobotId, Route, Rover, Sensor, Square, Status,
-    Waypoint,
+    Account, Action, Body, Branch, Brief, Cell, Cover, Decision, Detail, Direction, Goal, Ground,
+    MotionModel, ObservedMap, PathPoint, PolicyCell, Record, Robot, RobotId, Route, Rover, Sensor, Square,
+    Status, Waypoint,
 };
 use mission::{Step, brief, driver, ground, helicopter, policy, records, with_robots};
 use report::{Layer, Picture, PictureGrid, PictureStyle, ReportError, TitledPicture};

@@ -1,19 +1,19 @@
 //! Frames for the page: small pieces of the history, each a named event with JSON data.
 
 use contract::{
-    Account, Action, Brief, Cell, Decision, Grid, MonotonicNs, MotionModel, Policy, Robot, RobotId, Stage, Vetoed,
-    Waypoint,
+    Account, Action, Brief, Cell, Decision, Grid, MonotonicNs, MotionModel, Policy, Robot, RobotId, Stage,
+    Vetoed, Waypoint,
 };
+use report::way::{self, Stretch};
 use serde::Serialize;
 use serde_json::{Value, json};
-use report::way::{self, Stretch};
 use speed_layer::{SpeedEstimate, SpeedLayer, SpeedRow};
 
 use super::layers::GroundLayer;
 use super::reason::Ends;
 use super::{
-    Announced, Announcements, Details, History, HopReason, Hops, LeaderChange, PeerChange, PeerEvent, PeerHistory,
-    Reason, RunHistory, SeenCells, Told, layers,
+    Announced, Announcements, Details, History, HopReason, Hops, LeaderChange, PeerChange, PeerEvent,
+    PeerHistory, Reason, RunHistory, SeenCells, Told, layers,
 };
 
 /// Most hops in one frame.

@@ -146,15 +146,14 @@ fn way_of_hop(history: &History, at: Decision) -> Vec<Line<'static>> {
     };
     let [east, north, up] = launch.leaves_mps;
     let level_mps = east.hypot(north);
-    let mut words = format!("{:.2} m/s at {:.0}°", level_mps.hypot(up), up.atan2(level_mps).to_degrees());
-    if let Some(impacts) = detail.figure("impacts") {
-        words += &format!(" · {impacts} impacts");
+    let (speed_mps, angle_deg) = (level_mps.hypot(up), up.atan2(level_mps).to_degrees());
+    let mut lines = vec![format!("{speed_mps:.2} m/s at {angle_deg:.0}°, for {:.1} s", way::seconds(detail))];
+    if let (Some(impacts), Some(rolled_m)) = (detail.figure("impacts"), detail.figure("rolled_m")) {
+        let plural = if impacts == 1.0 { "" } else { "s" };
+        lines.push(format!("{impacts} impact{plural}, rolled {rolled_m:.2} m"));
     }
-    if let Some(rolled_m) = detail.figure("rolled_m") {
-        words += &format!(", {rolled_m:.2} m");
-    }
-    let ended = format!("{} · {:.1} s", way::ending(detail), way::seconds(detail));
-    vec![Line::raw(words), Line::raw(ended)]
+    lines.push(way::ending(detail).to_owned());
+    lines.into_iter().map(Line::raw).collect()
 }
 
 /// Most robots that have a line of their own.

@@ -267,7 +267,8 @@ mod tests {
             assert_eq!(recorder.tick(now).unwrap().detail, None, "one request at a time");
             now = now.plus_ns(contract::limits::ASK_AGAIN_NS);
             assert_eq!(recorder.tick(now).unwrap().detail, wanted, "until it comes");
-            for (run, of) in [(RunId(run.0 + 1), decision.0), (run, 77), (run, decision.0), (run, decision.0)] {
+            for (run, of) in [(RunId(run.0 + 1), decision.0), (run, 77), (run, decision.0), (run, decision.0)]
+            {
                 let page = DetailPage { run, decision, detail: detail(of) };
                 recorder.with(|transcript| transcript.on_detail(page, now)).unwrap();
             }

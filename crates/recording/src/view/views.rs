@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 
 use contract::{
-    Account, Announcement, Brief, Cell, Detail, MonotonicNs, ObservedMap, Policy, PriorCell, Record, RobotId, Route,
-    State, Team, Waypoint,
+    Account, Announcement, Brief, Cell, Detail, MonotonicNs, ObservedMap, Policy, PriorCell, Record, RobotId,
+    Route, State, Team, Waypoint,
 };
 use prost::Message as _;
 use report::Layer;

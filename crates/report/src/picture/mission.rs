@@ -4,8 +4,8 @@ use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
 use contract::{
-    Account, Action, Branch, Brief, Cell, Decision, Detail, Direction, Ground, ObservedMap, PolicyCell, Range,
-    Record, RobotId, Route, Waypoint,
+    Account, Action, Branch, Brief, Cell, Decision, Detail, Direction, Ground, ObservedMap, PolicyCell,
+    Range, Record, RobotId, Route, Waypoint,
 };
 
 use super::frame::{Frame, SHADES};
@@ -290,7 +290,8 @@ impl Picture<'_> {
         svg.path(&stray, &line(colour::STRAY, breadth, &dashes));
         self.ways(svg, frame, breadth);
         let stayed = self.hopper_route().filter(|record| record.outcome.branch == Branch::Stayed);
-        let (told, untold): (Vec<&Record>, Vec<&Record>) = stayed.partition(|record| self.detail(record).is_some());
+        let (told, untold): (Vec<&Record>, Vec<&Record>) =
+            stayed.partition(|record| self.detail(record).is_some());
         let stuck: BTreeSet<Cell> = untold.iter().map(|record| record.outcome.from).collect();
         let stuck = stuck.into_iter().map(|cell| frame.centre(cell));
         let radius = (frame.pitch * 0.24).clamp(2.6, 8.0);

@@ -5,7 +5,7 @@ import { UNSEEN } from "./history.js";
 import { BLOCKED, COLLECTED, DARK, GOAL, GROUND, HOPPER, IMPACT, LIGHT, ROLLED, ROUTE, SAND, START, STRAY, TREASURE, VALUES, ramp } from "./palette.js";
 import { fitted } from "./scale.js";
 import { colour, isStark } from "./theme.js";
-import { along } from "./way.js";
+import { placeOn } from "./way.js";
 import { STALE_HOPS } from "./why.js";
 
 /** About as many cells are in sight while the hopper is followed from afar. */
@@ -1006,7 +1006,7 @@ export class MapView {
       context.beginPath();
       for (const stretch of stretches) {
         const share = stretch.ends > stretch.begins ? Math.min((seconds - stretch.begins) / (stretch.ends - stretch.begins), 1) : 1;
-        for (let n = 0; n <= 16; n += 1) context[n ? "lineTo" : "moveTo"](...over(along(stretch, (share * n) / 16)));
+        for (let n = 0; n <= 16; n += 1) context[n ? "lineTo" : "moveTo"](...over(placeOn(stretch, (share * n) / 16)));
       }
       context.lineCap = "round";
       for (const [width, stroke] of [[4.5, "#ffffffd0"], [2.4, ink]]) {

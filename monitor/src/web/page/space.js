@@ -6,7 +6,7 @@
 import { ROBOTS } from "./map.js";
 import { GOAL, HOPPER, IMPACT, ROLLED, ROUTE, START, STRAY } from "./palette.js";
 import { colour } from "./theme.js";
-import { along } from "./way.js";
+import { placeOn } from "./way.js";
 
 /** Hops whose arcs are in the air: the last ones. */
 const ARCS = 600;
@@ -332,7 +332,7 @@ export class SpaceView {
       if (way) {
         for (const stretch of way.stretches) {
           const ink = stretch.climbMps === null ? rolled : hop.stray ? stray : straight;
-          const points = Array.from({ length: SEGMENTS + 1 }, (_, part) => this.spot(along(stretch, part / SEGMENTS).place, raise));
+          const points = Array.from({ length: SEGMENTS + 1 }, (_, part) => this.spot(placeOn(stretch, part / SEGMENTS).place, raise));
           for (let part = 0; part < SEGMENTS; part += 1) line(points[part], points[part + 1], ink, 3);
         }
         continue;
@@ -389,11 +389,11 @@ export class SpaceView {
     if (goal) mark(goal, this.pole() + 0.12, GOAL, 30, 1);
     const flight = this.map.flightAt(at);
     const pose = history.pose(at);
-    for (const impact of this.impacts(flight ? at - 1 : at)) data.push(...this.spot(impact, raise), ...rgba(IMPACT), 9 * ratio, 2);
+    for (const impact of this.impacts(flight ? at - 1 : at)) data.push(...this.spot(impact, raise), ...rgba(IMPACT), 11 * ratio, 2);
     if (flight?.way) {
       const { way, share } = flight;
-      for (const impact of way.impacts) if (impact.seconds <= share * way.seconds) data.push(...this.spot(impact.at, raise), ...rgba(IMPACT), 9 * ratio, 2);
-      data.push(...this.spot(way.at(share * way.seconds).place, raise, 0.5), ...rgba(HOPPER), 18 * ratio, 0);
+      for (const impact of way.impacts) if (impact.seconds <= share * way.seconds) data.push(...this.spot(impact.at, raise), ...rgba(IMPACT), 11 * ratio, 2);
+      data.push(...this.spot(way.at(share * way.seconds).place, raise, 0.25), ...rgba(HOPPER), 18 * ratio, 0);
       this.onChange();
     } else if (flight) {
       const { hop, share } = flight;
@@ -403,7 +403,7 @@ export class SpaceView {
       this.onChange();
     } else {
       const way = history.inside(pose.cell) ? history.wayOf(history.hopperHopBefore(at)) : null;
-      if (way) data.push(...this.spot(way.rest, raise, 0.5), ...rgba(HOPPER), 18 * ratio, 0);
+      if (way) data.push(...this.spot(way.rest, raise, 0.25), ...rgba(HOPPER), 18 * ratio, 0);
       else mark(pose.cell, 0.5, HOPPER, 18, 0);
     }
     return data;

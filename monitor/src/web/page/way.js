@@ -41,12 +41,12 @@ export class Way {
     const stretch = this.stretches.find(({ ends }) => seconds <= ends);
     if (!stretch) return { place: this.rest, liftM: 0 };
     const { begins, ends } = stretch;
-    return along(stretch, ends > begins ? Math.max(seconds - begins, 0) / (ends - begins) : 1);
+    return placeOn(stretch, ends > begins ? Math.max(seconds - begins, 0) / (ends - begins) : 1);
   }
 }
 
 /** Where the body is at a share of the time of a stretch: as `Stretch::at` of the crate `report`. */
-export function along({ begins, ends, from, to, climbMps, isLast }, share) {
+export function placeOn({ begins, ends, from, to, climbMps, isLast }, share) {
   const flies = climbMps !== null;
   // The last roll slows down evenly.
   const part = flies || !isLast ? share : share * (2 - share);

@@ -107,10 +107,10 @@ export class WhyView {
     if (list.hidden) return;
     const { cell_size_m: size } = this.history.mission.grid;
     const facts = [["launch", way.speedMps.toFixed(2), `m/s, ${way.angleDeg.toFixed(1)}°`]];
-    const { impacts, rolled_m: rolledM, energy_j_per_kg: energy } = way.told;
+    const { impacts, rolled_m: rolledM } = way.told;
     if (impacts !== undefined) facts.push(["impacts", `${impacts}`, impacts > way.impacts.length ? `, ${way.impacts.length} shown` : ""]);
     if (rolledM !== undefined) facts.push(["rolled", rolledM.toFixed(2), "m"]);
-    if (way.lostJPerKg !== null) facts.push(["energy lost", way.lostJPerKg.toFixed(2), `of ${energy.toFixed(2)} J/kg`]);
+    if (way.lostJPerKg !== null) facts.push(["energy lost", way.lostJPerKg.toFixed(2), "J/kg"]);
     facts.push(["took", way.seconds.toPrecision(3), "s"]);
     const aim = this.history.aimOf(hop);
     if (aim) facts.push(["from the aim", (size * Math.hypot(way.rest[0] - hop.from[0] - aim[0] - 0.5, way.rest[1] - hop.from[1] - aim[1] - 0.5)).toFixed(2), "m"]);

@@ -5,7 +5,8 @@ use std::fmt::Write as _;
 
 use contract::message::{Message as _, Request as _};
 use contract::{
-    Action, Announcement, Brief, Command, Decision, DetailRequest, Digest, MonotonicNs, Record, RunId, State, Status, Team,
+    Action, Announcement, Brief, Command, Decision, DetailRequest, Digest, MonotonicNs, Record, RunId, State,
+    Status, Team,
 };
 use hopper::stdout::print;
 use node::{Exit, Failure};
