@@ -605,7 +605,7 @@ fn the_real_way_of_a_hop_is_shown_in_a_real_browser() {
         (shown, seen)
     };
     let (_, law) = look("law");
-    assert_eq!(law["legend"], serde_json::json!([["", false], ["", false]]), "{law}");
+    assert_eq!(law["legend"], serde_json::json!([["rolled", false], ["impact", false]]), "{law}");
     assert_eq!((&law["rolled"], &law["readouts"]), (&0.into(), &serde_json::json!([])), "{law}");
     assert!(law["hops"].as_array().unwrap().iter().all(|hop| hop["facts"].is_null()), "{law}");
     let (shown, contact) = look("contact");
