@@ -51,6 +51,8 @@ impl DetailFollower {
         let hops = robots.at(state.robot).is_some_and(|robot| robot.body.hops());
         if hops && !state.names_detail(DetailId::NONE) {
             self.missing.insert(Decision(decision), Proof::State(*state));
+        } else {
+            self.missing.remove(&Decision(decision));
         }
     }
 
@@ -67,6 +69,11 @@ impl DetailFollower {
         }
         self.missing.remove(&decision);
         Some((decision, detail))
+    }
+
+    /// Needs no detail until its decision is told of again, since the journal may have lost those decisions.
+    pub fn forget_missing(&mut self) {
+        self.missing.clear();
     }
 
     /// Whether no detail is missing.
@@ -192,5 +199,13 @@ mod tests {
         follower.record(&record(2, Some(&detail(1.5))));
         follower.record(&record(2, None));
         assert!(follower.is_whole());
+        follower.state(&hopper(), &state(&record(2, Some(&detail(1.5)))));
+        assert!(!follower.is_whole());
+        follower.state(&hopper(), &state(&record(2, None)));
+        assert!(follower.is_whole());
+        // The journal has lost its tail.
+        follower.record(&record(2, Some(&detail(1.5))));
+        follower.forget_missing();
+        assert!(follower.is_whole() && follower.ask(MonotonicNs(6)).is_none());
     }
 }

@@ -1,8 +1,8 @@
 //! What the motion model told of decisions, and which of it is still to be asked for before the way of a decision is drawn.
 
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
-use contract::{Decision, Detail, DetailPage, DetailRequest, MonotonicNs, Record, RunId};
+use contract::{Decision, Detail, DetailId, DetailPage, DetailRequest, MonotonicNs, Record, RunId};
 use follow::DetailFollower;
 
 /// Most records that wait for their details. Beyond that the first is drawn without: details may not be to be had.
@@ -16,8 +16,8 @@ pub(crate) struct Details {
     waiting: VecDeque<Record>,
     /// Details of records that wait.
     known: BTreeMap<Decision, Detail>,
-    /// Number of details that are written.
-    written: usize,
+    /// The details that are written: one that is asked for again, since the past is read again, is not written again.
+    written: BTreeSet<(Decision, DetailId)>,
 }
 
 impl Details {
@@ -33,13 +33,13 @@ impl Details {
         self.waiting.push_back(*record);
     }
 
-    /// Takes an answer; the page, if it is one to be written.
-    pub fn page(&mut self, page: DetailPage) -> Option<DetailPage> {
+    /// Takes an answer; the page if it was missing, and whether it is to be written.
+    pub fn page(&mut self, page: DetailPage) -> Option<(DetailPage, bool)> {
         let run = page.run;
         let (decision, detail) = self.missing.page(page)?;
-        self.written += 1;
+        let is_new = self.written.insert((decision, detail.id()));
         self.known.insert(decision, detail.clone());
-        Some(DetailPage { run, decision, detail })
+        Some((DetailPage { run, decision, detail }, is_new))
     }
 
     /// The next record to be drawn, with its detail if it has one that came; if `all`, whether it came or not.
@@ -55,13 +55,14 @@ impl Details {
 
     /// The records that wait are executed again, since the journal has lost those decisions.
     pub fn forget_past(&mut self) {
+        self.missing.forget_missing();
         self.waiting.clear();
         self.known.clear();
     }
 
     /// Number of details that are written.
     pub fn written(&self) -> usize {
-        self.written
+        self.written.len()
     }
 
     /// Whether a detail is still to come.

@@ -281,8 +281,8 @@ impl Transcript {
 
     /// Takes what the motion model told of a decision, as asked for, received at `now`.
     pub fn on_detail(&mut self, page: DetailPage, now: MonotonicNs) {
-        let Some(page) = self.details.page(page) else { return };
-        if let Some(message) = JsonMessage::of_answer::<DetailRequest>(&page) {
+        let Some((page, is_new)) = self.details.page(page) else { return };
+        if is_new && let Some(message) = JsonMessage::of_answer::<DetailRequest>(&page) {
             self.on_json(&message, now);
         }
         self.draw_records(false);
