@@ -110,6 +110,22 @@ fn every_topic_is_echoed_typed_one_object_a_line() {
     assert_eq!(text.lines().filter(|line| line.contains("pose.cell.x=")).count(), 2, "{text}");
 }
 
+/// P-TOPIC-DETAILS: `topic echo details` prints what the motion model told of each hop from now on, as `journal show` has it.
+#[test]
+fn details_of_hops_are_echoed_as_the_journal_has_them() {
+    let mission = Mission::new("echo-details");
+    let mut processes = vec![mission.start("sim", &["--seed", "1", "--pace", "2", "--dynamics", "contact"])];
+    processes.extend(mission.start_peers());
+    let echoed = objects(topic(&mission, &["echo", "hop/details", "--count", "3"]));
+    let shown = json(&mission.hopper(&["journal", "show", "journal", "--format", "json"]).output().unwrap());
+    assert_eq!(echoed.len(), 3);
+    for page in &echoed {
+        let decision = page["decision"].as_u64().unwrap() as usize;
+        assert_eq!(page["detail"], shown["records"][decision]["detail"], "{page}");
+        assert!(!page["detail"]["path"].as_array().unwrap().is_empty(), "{page}");
+    }
+}
+
 /// P-TOPIC-POLICY: A reader of the policy topic gets the policy behind the decision that is due.
 #[test]
 fn a_listener_gets_the_policy_behind_the_present_decision() {

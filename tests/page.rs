@@ -7,8 +7,8 @@ use std::sync::{Arc, Mutex};
 
 use contract::limits::PAST_PAGE_RECORDS;
 use contract::{
-    Action, Brief, Decision, Goal, MapPatch, MonotonicNs, Name, Pacing, PastPage, Policy, PolicyCell, Record,
-    RobotId, RunId, State,
+    Action, Brief, Decision, Detail, DetailPage, Goal, MapPatch, MonotonicNs, MotionModel, Name, Pacing,
+    PastPage, Policy, PolicyCell, Record, RobotId, RunId, State,
 };
 use hopper_sim::{Arbiter, Mission, Pace};
 use lockstep::PlannerSchedule;
@@ -28,6 +28,7 @@ struct Flown {
     states: Vec<State>,
     patches: Vec<Vec<MapPatch>>,
     cartographer: Cartographer,
+    details: Vec<(Decision, Detail)>,
 }
 
 fn flown(scenario: &str) -> Flown {
@@ -47,7 +48,8 @@ fn flown_in(world: ResolvedScenario) -> Flown {
         ns += 1_000;
         MonotonicNs(ns)
     };
-    lockstep::fly(mission.clone(), &schedule, &mut clock, &mut |record| records.push(*record)).unwrap();
+    let ended = lockstep::fly(mission.clone(), &schedule, &mut clock, &mut |record| records.push(*record));
+    let details = ended.unwrap().details;
     let opening = *Arbiter::new(mission, None, Pace::Max, 0, MonotonicNs(1)).state();
     let later = records
         .iter()
@@ -61,7 +63,7 @@ fn flown_in(world: ResolvedScenario) -> Flown {
         cartographer.patches(state.landed, &mut || state.landed)
     });
     let patches = patches.collect();
-    Flown { brief, records, states, patches, cartographer }
+    Flown { brief, records, states, patches, cartographer, details }
 }
 
 /// Everything that a reader gets until there is no more.
@@ -114,6 +116,60 @@ fn an_account_begun_late_or_read_slowly_is_the_account_from_the_start() {
     // Divided by 0.7 m, a hop of three such cells is a little less than three.
     let rounded = Scenario::parse(ROUNDED, "rounded").unwrap().resolve().unwrap();
     the_account_is_the_same_for_all(&flown_in(rounded));
+}
+
+/// P-WEB-DETAILS.
+#[test]
+fn details_are_asked_for_in_turn_and_told_once_and_nothing_is_asked_for_under_the_law() {
+    let law = flown("hard");
+    let mut account = History::new(ROBOT);
+    account.on(Input::Brief(&law.brief), MonotonicNs(0));
+    for state in &law.states {
+        account.on(Input::State(state), state.landed);
+        assert_eq!(account.wanted(state.landed).detail, None, "decision {}", state.decision);
+    }
+    assert!(!account.lacks_details());
+    assert!(drain(&account, &mut Cursor::default()).iter().all(|frame| frame.event != "details"));
+
+    let mut scenario = scenario::load("hard").unwrap();
+    scenario.truth.dynamics = scenario::Dynamics::of(MotionModel::Contact);
+    let flown = flown_in(scenario.resolve().unwrap());
+    assert!(flown.details.iter().any(|(_, detail)| detail.path.len() > 2), "some hop bounces");
+    let run = flown.brief.run;
+    let page = |decision: Decision| {
+        let (_, detail) = flown.details.iter().find(|(known, _)| *known == decision)?;
+        Some(DetailPage { run, decision, detail: detail.clone() })
+    };
+    let mut account = History::new(ROBOT);
+    account.on(Input::Brief(&flown.brief), MonotonicNs(0));
+    flown.states.iter().for_each(|state| _ = account.on(Input::State(state), state.landed));
+    let (mut now, mut answered, mut cursor) = (MonotonicNs(1), 0, Cursor::default());
+    while account.lacks_details() {
+        let Some(request) = account.wanted(now).detail else {
+            now = now.plus_ns(contract::limits::ASK_AGAIN_NS);
+            continue;
+        };
+        answered += 1;
+        // Every third answer is lost, and every fifth is one of another decision.
+        let decision = if answered % 5 == 0 { Decision(request.decision.0 + 1) } else { request.decision };
+        let answer = if answered % 3 == 0 { None } else { page(decision) };
+        if let Some(answer) = answer {
+            account.on(Input::Detail(&answer), now);
+            account.on(Input::Detail(&answer), now);
+        }
+    }
+    assert_eq!(account.wanted(now.plus_ns(u64::MAX / 2)).detail, None);
+    let frames = drain(&account, &mut cursor);
+    let told = frames.iter().filter(|frame| frame.event == "details").flat_map(|frame| {
+        let value: Value = serde_json::from_str(&frame.data).unwrap();
+        value["rows"].as_array().unwrap().clone()
+    });
+    let told: BTreeMap<u64, Value> =
+        told.map(|row| (row["decision"].as_u64().unwrap(), row["detail"].clone())).collect();
+    let expected: BTreeMap<u64, Value> =
+        flown.details.iter().map(|(decision, detail)| (decision.0, json!(detail))).collect();
+    assert_eq!(told, expected);
+    assert_eq!(account.details().unwrap().iter().count(), expected.len(), "each once");
 }
 
 /// Hops of three cells of 0.7 m over ground so flat that the sensor sees no further than one of them.

@@ -548,8 +548,104 @@ fn the_page_outlives_the_mission_and_a_past_one_has_the_same() {
     assert_eq!(nothing.status.code(), Some(2), "{}", harness::stderr(&nothing));
 }
 
+/// P-WEB-DETAILS: Where hops are followed by physics, the page gets the launch, every impact that is told and the exact rest position of
+/// each hop, to the bit as `hopper journal show` has them: live, from the journal and from a recording.
+#[test]
+fn the_page_gets_every_impact_to_the_bit_as_the_journal_has_it() {
+    let mission = Mission::new("details");
+    let words = ["--dynamics", "contact", "--seed", "8", "--record", "whole.mcap"];
+    let (mut run, url) = page_of(&mission, &words);
+    run.await_log("the page stays at ");
+    let address = |url: &str| url.trim_start_matches("http://").split('/').next().unwrap().to_owned();
+    let live = details(&address(&url));
+    run.signal(Signal::INT);
+    run.code();
+    let shown = json(&mission.hopper(&["journal", "show", "journal", "--format", "json"]).output().unwrap());
+    let records = shown["records"].as_array().unwrap();
+    let journal: Vec<_> = records
+        .iter()
+        .map(|record| (record["decision"].as_u64().unwrap(), record["detail"].clone()))
+        .collect();
+    let impacts = |(_, detail): &(u64, serde_json::Value)| detail["path"].as_array().unwrap().len();
+    assert!(!journal.is_empty() && journal.iter().map(impacts).max() > Some(2), "some hops bounce: {shown}");
+    assert_eq!(live, journal);
+    for past in [".", "journal", "whole.mcap"] {
+        let (_view, url) = past_page_of(&mission, past);
+        assert_eq!(details(&address(&url)), journal, "{past}");
+    }
+    let export = ["bag", "export", "whole.mcap", "--topic", "hop/details", "--format", "json"];
+    let exported = mission.hopper(&export).output().unwrap();
+    let lines = String::from_utf8(exported.stdout).unwrap();
+    let rows = lines.lines().map(|line| serde_json::from_str::<serde_json::Value>(line).unwrap());
+    let rows: Vec<_> = rows.map(|row| (row["decision"].as_u64().unwrap(), row["detail"].clone())).collect();
+    assert_eq!(rows, journal, "{}", String::from_utf8_lossy(&exported.stderr));
+}
+
+/// P-WEB-WAYS: The page shows the real way of a hop that physics follows: flights, impacts, what it rolled, and in the panel how it was
+/// launched and how it ended. A step shows it in flight for as long as it took. Under the law nothing of it is shown.
+#[test]
+fn the_real_way_of_a_hop_is_shown_in_a_real_browser() {
+    if suites::is_left_out("page in a browser") {
+        return;
+    }
+    let (chromium, playwright, shots) = (chromium(), playwright(), shots());
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/web/way.mjs");
+    let look = |dynamics: &str| {
+        let mission = Mission::new("ways");
+        mission.fly(&["--lockstep", "--seed", "8", "--dynamics", dynamics]);
+        let shown = json(&mission.hopper(&["journal", "show", "out", "--format", "json"]).output().unwrap());
+        let (view, url) = past_page_of(&mission, "out");
+        let mut look = Command::new("node");
+        look.arg(&script).arg(&playwright).arg(&chromium).arg(url).arg(&shots).arg(dynamics);
+        let seen = json(&look.output().unwrap());
+        assert_eq!(seen["failure"], serde_json::Value::Null, "{dynamics}: {seen}\n{}", view.log());
+        assert_eq!(seen["errors"], serde_json::json!([]), "{dynamics}: the console is clean");
+        assert_eq!(seen["violations"], serde_json::json!([]), "{dynamics}: axe-core finds nothing");
+        assert_eq!(seen["overflow"], 0, "{dynamics}: nothing sticks out of a narrow window");
+        (shown, seen)
+    };
+    let (_, law) = look("law");
+    assert_eq!(law["legend"], serde_json::json!([["rolled", false], ["impact", false]]), "{law}");
+    assert_eq!((&law["rolled"], &law["readouts"]), (&0.into(), &serde_json::json!([])), "{law}");
+    assert!(law["hops"].as_array().unwrap().iter().all(|hop| hop["facts"].is_null()), "{law}");
+    let (shown, contact) = look("contact");
+    assert_eq!(contact["legend"], serde_json::json!([["rolled", true], ["impact", true]]));
+    assert!(contact["rolled"].as_u64().unwrap() > 20, "{contact}");
+    for (n, hop) in contact["hops"].as_array().unwrap().iter().enumerate() {
+        let figures = &shown["records"][n]["detail"]["figures"];
+        let facts = &hop["facts"];
+        assert_eq!(facts["impacts"], format!("{}", figures[1]).trim_end_matches(".0"), "{hop}");
+        assert_eq!(facts["rolled"], format!("{:.2}m", figures[2].as_f64().unwrap()), "{hop}");
+    }
+    // As long as it took: the readout names the time of the hop, and no time lapse.
+    let took = shown["records"][0]["detail"]["figures"][3].as_f64().unwrap();
+    let readouts = contact["readouts"].as_array().unwrap();
+    let needle = format!(" of {took:.1} s");
+    assert!(readouts.iter().any(|text| text.as_str().unwrap().contains(&needle)), "{needle}: {contact}");
+    assert!(readouts.iter().all(|text| !text.as_str().unwrap().contains('×')), "{contact}");
+    assert_is_there(&shots, &["contact-map", "contact-near", "contact-space", "contact-space-near"]);
+}
+
+/// What the page at `address` tells of hops that physics followed: decision and detail.
+fn details(address: &str) -> Vec<(u64, serde_json::Value)> {
+    let frames = frames_of(address).into_iter().filter(|(event, _)| event == "details");
+    let frames = frames.map(|(_, data)| serde_json::from_str::<serde_json::Value>(&data).unwrap());
+    let rows = frames.flat_map(|frame| frame["rows"].as_array().unwrap().clone());
+    rows.map(|row| (row["decision"].as_u64().unwrap(), row["detail"].clone())).collect()
+}
+
 /// Data of the frames with hops, of those with cells, and of the status, as a page at `address` tells them.
 fn told(address: &str) -> (Vec<String>, Vec<String>, Vec<String>) {
+    let frames = frames_of(address);
+    let of = |event: &str| {
+        let frames = frames.iter().filter(|(name, _)| name == event);
+        frames.map(|(_, data)| data.clone()).collect::<Vec<String>>()
+    };
+    (of("hops"), of("cells"), of("status"))
+}
+
+/// The frames of a page at `address` up to the first status, each with its event and data.
+fn frames_of(address: &str) -> Vec<(String, String)> {
     let mut stream = TcpStream::connect(address).unwrap();
     stream.set_read_timeout(Some(PATIENCE)).unwrap();
     write!(stream, "GET /events HTTP/1.1\r\nHost: {address}\r\n\r\n").unwrap();
@@ -561,11 +657,11 @@ fn told(address: &str) -> (Vec<String>, Vec<String>, Vec<String>) {
     }
     // The last frame may be cut.
     let whole = text.rsplit_once("\n\n").unwrap().0;
-    let of = |event: &str| {
-        let lines = whole.split("\n\n").filter(|frame| frame.starts_with(&format!("event: {event}\n")));
-        lines.map(|frame| frame.split_once("data: ").unwrap().1.to_owned()).collect::<Vec<String>>()
+    let frame = |frame: &str| {
+        let (event, data) = frame.split_once("event: ")?.1.split_once("\ndata: ")?;
+        Some((event.to_owned(), data.to_owned()))
     };
-    (of("hops"), of("cells"), of("status"))
+    whole.split("\n\n").filter_map(frame).collect()
 }
 
 /// Rows of the frames with hops.

@@ -6,8 +6,8 @@
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use contract::{
-    Brief, Control, MapPage, MapRequest, MonotonicNs, Order, Pacing, Policy, PriorPage, PriorRequest,
-    RobotId, RoutePage, RouteRequest,
+    Brief, Control, DetailPage, DetailRequest, MapPage, MapRequest, MonotonicNs, Order, Pacing, Policy,
+    PriorPage, PriorRequest, RobotId, RoutePage, RouteRequest,
 };
 use process::{Client, Failure, Ports, Reader, Writer, accept};
 
@@ -18,7 +18,7 @@ use crate::{Event, History, Input, Progress};
 const POLICY_PERIOD_NS: u64 = 250_000_000;
 const POLICY_CELL_NS: u64 = 10_000;
 
-/// Pause before a place among the policy's readers, or those who ask for prior and routes, is tried for again, nanoseconds.
+/// Pause before a place among the policy's readers, or those who ask for prior, routes and details, is tried for again, nanoseconds.
 const PLACE_NS: u64 = 2_000_000_000;
 
 /// How long the end of a mission waits for the map of its end, nanoseconds: perception may be gone.
@@ -64,6 +64,10 @@ pub struct View<P: Ports> {
     routes: Option<RoutePorts<P>>,
     /// When opening them is to be tried again; `None` before the first try.
     routes_due: Option<MonotonicNs>,
+    /// Open once the motion model has told something of a decision.
+    details: Option<P::Client<DetailRequest>>,
+    /// When opening it is to be tried again; `None` before the first try.
+    details_due: Option<MonotonicNs>,
     /// Since when the map of the mission's end is waited for.
     map_awaited: Option<MonotonicNs>,
 }
@@ -89,6 +93,7 @@ pub struct Early {
     page: Option<MapPage>,
     prior: Option<PriorPage>,
     route: Option<RoutePage>,
+    detail: Option<DetailPage>,
 }
 
 impl<P: Ports> View<P> {
@@ -115,6 +120,8 @@ impl<P: Ports> View<P> {
             policy_full: false,
             routes: None,
             routes_due: None,
+            details: None,
+            details_due: None,
             map_awaited: None,
         })
     }
@@ -137,13 +144,16 @@ impl<P: Ports> View<P> {
             page: accept(self.snapshots.receive()),
             prior: accept(priors.and_then(Client::receive)),
             route: accept(routes.and_then(|ports| ports.routes.receive())),
+            detail: accept(self.details.as_mut().and_then(Client::receive)),
         }
     }
 
-    /// Whether it needs no more from others: it has the prior, the routes and the map of the end, or cannot have them.
+    /// Whether it needs no more from others: it has the prior, the routes, the details and the map of the end, or cannot have them.
     pub(crate) fn is_whole(&self, now: MonotonicNs) -> bool {
         let waits = self.map_awaited.is_some_and(|since| now.since_ns(since) <= LAST_MAP_NS);
-        !waits && (self.routes.is_none() || !self.history().lacks_pages())
+        let history = self.history();
+        let has_pages = self.routes.is_none() || !history.lacks_pages();
+        !waits && has_pages && (self.details.is_none() || !history.lacks_details())
     }
 
     /// Adds to the history what came, and asks perception for what is missing.
@@ -165,7 +175,8 @@ impl<P: Ports> View<P> {
         }
         let (page, pacing) = (early.page.as_ref().map(Input::Page), early.pacing.map(Input::Pacing));
         let (prior, route) = (early.prior.map(Input::Prior), early.route.as_ref().map(Input::Route));
-        let late = [page, pacing, prior, route, policy.map(Input::Policy), Some(Input::Tick)];
+        let detail = early.detail.as_ref().map(Input::Detail);
+        let late = [page, pacing, prior, route, detail, policy.map(Input::Policy), Some(Input::Tick)];
         late.into_iter().flatten().for_each(add);
         let lacks_map = history.lacks_last_map();
         drop(history);
@@ -173,10 +184,29 @@ impl<P: Ports> View<P> {
         if let Some(request) = request {
             self.snapshots.request(request).map_err(Into::into)?;
         }
+        self.open_details(ports);
         self.ask_for_pages(ports)
     }
 
-    /// Asks hopper-sim for prior and routes, where there are any.
+    /// Opens the client for details, once there are any.
+    fn open_details(&mut self, ports: &mut P) {
+        let now = ports.now();
+        let is_due = self.details_due.is_none_or(|due| now >= due);
+        if self.details.is_some() || !is_due || !self.history().lacks_details() {
+            return;
+        }
+        match ports.client(RobotId(0)) {
+            Ok(client) => self.details = Some(client),
+            Err(error) => {
+                if self.details_due.is_none() {
+                    tracing::warn!("hops are shown from cell to cell until there is a place: {error}");
+                }
+                self.details_due = Some(now.plus_ns(PLACE_NS));
+            }
+        }
+    }
+
+    /// Asks hopper-sim for prior, routes and details, where there are any.
     fn ask_for_pages(&mut self, ports: &mut P) -> Result<(), Failure> {
         let now = ports.now();
         let is_due = self.routes_due.is_none_or(|due| now >= due);
@@ -198,10 +228,13 @@ impl<P: Ports> View<P> {
                 }
             }
         }
-        if self.routes.is_none() {
+        if self.routes.is_none() && self.details.is_none() {
             return Ok(());
         }
         let wanted = self.history().wanted(now);
+        if let (Some(request), Some(details)) = (wanted.detail, &mut self.details) {
+            details.request(request).map_err(Into::into)?;
+        }
         let Some(routes) = &mut self.routes else { return Ok(()) };
         if let (Some(request), Some(priors)) = (wanted.prior, &mut routes.priors) {
             priors.request(request).map_err(Into::into)?;

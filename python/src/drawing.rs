@@ -46,6 +46,7 @@ impl Drawing {
                 sensing_radius_m: None,
                 speeds: &[],
                 announced: &flown.routes,
+                details: &flown.details,
             };
             py.detach(|| picture.svg_in(PictureStyle::default())).map_err(crate::error)
         })

@@ -8,10 +8,10 @@ use std::time::Duration;
 use contract::message::Visitor;
 use contract::spelling::did_you_mean;
 use contract::{
-    Brief, Heartbeat, Message, MonotonicNs, Payload, PeerTable, Refusal, Request, RobotId, Role, State,
-    Truth, TruthRequest,
+    Brief, DetailPage, DetailRequest, Heartbeat, Message, MonotonicNs, Payload, PeerTable, Refusal, Request,
+    RobotId, Robots, Role, State, Truth, TruthRequest,
 };
-use follow::TruthFollower;
+use follow::{DetailFollower, TruthFollower};
 use node::inspect::services;
 use node::{Exit, Failure, Instance, Node, NodeError, ShutdownSignal, StopReason};
 use process::{Client as _, Patience, Ports, Reader as _, TICK_NS};
@@ -92,8 +92,8 @@ pub struct Topic {
     robot: RobotId,
 }
 
-/// Everything that can be looked at, by short and full name: all messages that are published, and the truth, which is
-/// asked for instead.
+/// Everything that can be looked at, by short and full name: all messages that are published, and the truth and the details of hops,
+/// which are asked for instead.
 fn topics(robot: RobotId) -> Vec<(&'static str, Topic)> {
     struct Topics(RobotId, Vec<(&'static str, Topic)>);
     impl Visitor for Topics {
@@ -106,6 +106,8 @@ fn topics(robot: RobotId) -> Vec<(&'static str, Topic)> {
     }
     let mut topics = Topics(robot, Vec::new());
     contract::wire::visit(&mut topics);
+    let details = DetailRequest::SERVICE;
+    topics.1.push((details.short_name(), Topic { service: details.name_of(robot), robot }));
     topics.1.push(("truth", Topic { service: TruthRequest::SERVICE.name_of(robot), robot }));
     topics.1
 }
@@ -413,7 +415,53 @@ fn open(node: &mut Node, topic: &Topic, full: bool) -> Result<Next, NodeError> {
     let mut opener = Opener { node, topic, full, opened: None };
     contract::wire::visit(&mut opener);
     let Opener { node, opened, .. } = opener;
-    opened.unwrap_or_else(|| gathered(node, full))
+    opened.unwrap_or_else(|| {
+        if topic.service == DetailRequest::SERVICE.name_of(topic.robot) {
+            details(node)
+        } else {
+            gathered(node, full)
+        }
+    })
+}
+
+/// What the motion model tells of each decision from now on, asked for as its state comes.
+fn details(node: &mut Node) -> Result<Next, NodeError> {
+    let robot = RobotId(0);
+    let (mut briefs, mut states) = (node.reader::<Brief>(robot, false)?, node.reader::<State>(robot, false)?);
+    let mut client = node.client::<DetailRequest>(robot)?;
+    let (mut follower, mut robots) = (DetailFollower::default(), None::<Robots>);
+    Ok(Box::new(move || {
+        match briefs.newest() {
+            Some(Ok(brief)) => {
+                follower.begin(brief.run);
+                robots = Some(brief.robots);
+            }
+            Some(Err(refusal)) => return Some(Err(refusal)),
+            None => {}
+        }
+        if let Some(robots) = &robots {
+            states.drain().iter().flatten().for_each(|state| follower.state(robots, state));
+        }
+        let mut next = None;
+        while next.is_none()
+            && let Some(page) = client.receive()
+        {
+            next = match page {
+                Ok(page) => {
+                    let run = page.run;
+                    let told = follower.page(page);
+                    told.map(|(decision, detail)| Ok(json!(DetailPage { run, decision, detail })))
+                }
+                Err(refusal) => Some(Err(refusal)),
+            };
+        }
+        if let Some(request) = follower.ask(Node::now())
+            && let Err(error) = client.request(request)
+        {
+            tracing::debug!("asking for details: {error}");
+        }
+        next
+    }))
 }
 
 /// The truth, asked for page by page once the brief says of which run.

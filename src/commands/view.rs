@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 
 use contract::{
-    Account, Brief, MonotonicNs, PastPage, Policy, Record, RobotId, Route, RoutePage, State, Team,
+    Account, Brief, Detail, DetailPage, MonotonicNs, PastPage, Policy, Record, RobotId, Route, RoutePage,
+    State, Team,
 };
 use hopper_sim::{JournalReader, Mission};
 use monitor::shell::{PAGE_ADDRESS, address, serve_on};
@@ -95,7 +96,7 @@ pub fn history_of_journal(dir: &Path) -> Result<History, Failure> {
     let mut replay = Replay::begin(&header.brief, &world, header.seed);
     let mut records = journal.records();
     while let Some(record) = records.next().transpose()? {
-        replay.record(&record, records.routes());
+        replay.record(&record, records.routes(), records.detail());
     }
     Ok(replay.end())
 }
@@ -142,7 +143,7 @@ impl<'a> Replay<'a> {
         replay
     }
 
-    fn record(&mut self, record: &Record, routes: &[Route]) {
+    fn record(&mut self, record: &Record, routes: &[Route], detail: Option<&Detail>) {
         self.sensed.record(record, routes);
         let committed = record.timing.committed;
         self.last = record.state_after(self.brief.run, committed, committed);
@@ -151,6 +152,10 @@ impl<'a> Replay<'a> {
         }
         self.state();
         self.announced(record, routes);
+        if let Some(detail) = detail.cloned() {
+            let (run, decision) = (self.brief.run, record.decision);
+            self.history.on(Input::Detail(&DetailPage { run, decision, detail }), self.last.landed);
+        }
     }
 
     /// All robots after the last record; `None` where there is a single hopper.

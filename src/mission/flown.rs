@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use contract::{Brief, Record, Route};
+use contract::{Brief, Decision, Detail, Record, Route};
 use hopper_sim::JournalReader;
 use node::Failure;
 use report::PictureStyle;
@@ -22,6 +22,8 @@ pub struct Flown {
     /// Executed decisions in order, from the first.
     pub records: Vec<Record>,
     routes: Vec<Route>,
+    /// What the motion model told of decisions, in their order; empty under the law.
+    pub details: Vec<(Decision, Detail)>,
     seed: u64,
 }
 
@@ -36,14 +38,18 @@ impl Flown {
         let (world, header) = (journal.world()?, journal.header());
         let brief = Brief { run: header.run(), ..world.brief.clone() };
         let mut read = journal.records();
-        let records: Vec<Record> = read.by_ref().take(RECORDS_MAX + 1).collect::<Result<_, _>>()?;
-        if records.len() > RECORDS_MAX {
-            let dir = dir.display();
-            return Err(Failure::usage(format!(
-                "{dir} needs at most {RECORDS_MAX} decisions to be drawn, got more"
-            )));
+        let (mut records, mut details) = (Vec::new(), Vec::new());
+        while let Some(record) = read.next().transpose()? {
+            if records.len() == RECORDS_MAX {
+                let dir = dir.display();
+                return Err(Failure::usage(format!(
+                    "{dir} needs at most {RECORDS_MAX} decisions to be drawn, got more"
+                )));
+            }
+            details.extend(read.detail().map(|detail| (record.decision, detail.clone())));
+            records.push(record);
         }
-        Ok(Self { world, brief, records, routes: read.into_routes(), seed: header.seed })
+        Ok(Self { world, brief, records, routes: read.into_routes(), details, seed: header.seed })
     }
 
     /// The pictures after each number of decisions in `at`, which rise.
@@ -68,6 +74,6 @@ impl Flown {
         let planner =
             route.last().or(self.records.first()).map_or("hold", |record| record.leader.planner.as_str());
         let snapshot = Snapshot::with(&self.world, &self.brief, sensed, &self.routes, planner);
-        snapshot.picture(&self.world, &self.brief, shown).svg_in(style).map_err(Failure::run)
+        snapshot.picture(&self.world, &self.brief, shown, &self.details).svg_in(style).map_err(Failure::run)
     }
 }

@@ -276,7 +276,7 @@ impl OutputDir {
         timing.write_all(report::timing_csv_heading().as_bytes()).map_err(unwritten)?;
         let mut sensed = Sensed::new(world, &brief, history.header().seed);
         // Visits in turn may be longer than fits into memory or a picture.
-        let mut route = VecDeque::new();
+        let (mut route, mut details) = (VecDeque::new(), VecDeque::new());
         let mut read = history.records();
         while let Some(record) = read.next().transpose().map_err(Failure::run)? {
             timing.write_all(report::timing_csv_row(&record).as_bytes()).map_err(unwritten)?;
@@ -284,14 +284,20 @@ impl OutputDir {
             if route.len() == ROUTE_SHOWN {
                 route.pop_front();
             }
+            details.extend(read.detail().map(|detail| (record.decision, detail.clone())));
             route.push_back(record);
+            let first = route.front().map_or(record.decision, |first| first.decision);
+            while details.front().is_some_and(|(decision, _)| *decision < first) {
+                details.pop_front();
+            }
         }
         timing.flush().map_err(unwritten)?;
-        let records = Vec::from(route);
+        let (records, details) = (Vec::from(route), Vec::from(details));
         let planner = records.last().map_or("hold", |last| last.leader.planner.as_str());
         let snapshot = Snapshot::with(world, &brief, &sensed, read.routes(), planner);
         summary.coverage = Some(snapshot.map.coverage());
-        let picture = Picture { outcome: summary.outcome, ..snapshot.picture(world, &brief, &records) };
+        let drawn = snapshot.picture(world, &brief, &records, &details);
+        let picture = Picture { outcome: summary.outcome, ..drawn };
         self.write("mission.svg", &picture.svg_in(style).map_err(Failure::run)?)?;
         summary.artifacts = self.artifacts();
         Ok(())

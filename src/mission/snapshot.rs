@@ -1,6 +1,8 @@
 //! The state of a mission after a number of hops, ready to be drawn.
 
-use contract::{Account, Brief, Leg, ObservedMap, PolicyCell, Record, Route, State, Status};
+use contract::{
+    Account, Brief, Decision, Detail, Leg, ObservedMap, PolicyCell, Record, Route, State, Status,
+};
 use planner::{Budget, Situation};
 use report::Picture;
 use scenario::ResolvedScenario;
@@ -66,13 +68,14 @@ impl Snapshot {
         }
     }
 
-    /// Its picture; `route` are the hops so far.
+    /// Its picture; `route` are the hops so far, with what the motion model told of them.
     #[must_use]
     pub fn picture<'a>(
         &'a self,
         world: &'a ResolvedScenario,
         brief: &'a Brief,
         route: &'a [Record],
+        details: &'a [(Decision, Detail)],
     ) -> Picture<'a> {
         Picture {
             brief,
@@ -85,6 +88,7 @@ impl Snapshot {
             sensing_radius_m: self.sensing_radius_m,
             speeds: &self.speeds,
             announced: &self.announced,
+            details,
         }
     }
 }

@@ -127,6 +127,7 @@ pub fn layers_in_the_picture(brief: &Brief) -> Vec<String> {
         sensing_radius_m: None,
         speeds: &[],
         announced: &[],
+        details: &[],
     };
     let drawn = picture.svg().unwrap();
     let layers = report::Layer::of(brief).into_iter().map(report::Layer::definition);

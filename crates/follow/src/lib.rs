@@ -10,6 +10,7 @@
 //! | [`Replica`] | the observed map | `hop/snapshot` |
 //! | [`PriorFollower`] | what is known of uncertain ground beforehand | `hop/prior` |
 //! | [`RouteFollower`], [`MissingRoutes`] | points of routes that robots announce | `hop/routes` |
+//! | [`DetailFollower`] | what the motion model tells of decisions | `hop/details` |
 //! | [`TruthFollower`] | the true ground | `truth/terrain` |
 //!
 //! All of them wait equally long for an answer, [`ASK_AGAIN_NS`](contract::limits::ASK_AGAIN_NS), then ask again; the next
@@ -25,6 +26,7 @@
 
 #![warn(clippy::disallowed_methods)]
 
+mod details;
 mod gathering;
 mod missing_routes;
 mod mission;
@@ -36,6 +38,7 @@ mod route;
 mod timeline;
 mod truth;
 
+pub use details::DetailFollower;
 pub use missing_routes::MissingRoutes;
 pub use mission::{Heard, Mission};
 pub use past::{Link, PastFollower};

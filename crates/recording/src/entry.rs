@@ -1,6 +1,6 @@
 //! One message of a recording, as it stands in the file.
 
-use contract::{Announcement, MonotonicNs, Route, Team};
+use contract::{Announcement, DetailPage, DetailRequest, MonotonicNs, Route, Team};
 
 use crate::{Channel, JsonMessage, MessageError, RecordedMessage, RecordingError};
 
@@ -50,6 +50,12 @@ impl Entry<'_> {
                     Ok(Announcement { route, .. }) => {
                         Route::new(route.waypoints().to_vec()).err().map(MessageError::from)
                     }
+                    Err(error) => Some(json(error)),
+                }
+            }
+            None if JsonMessage::is_topic_of_answers::<DetailRequest>(&self.topic) => {
+                match serde_json::from_slice::<DetailPage>(self.data) {
+                    Ok(DetailPage { detail, .. }) => detail.checked().err().map(MessageError::from),
                     Err(error) => Some(json(error)),
                 }
             }

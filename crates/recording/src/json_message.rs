@@ -1,6 +1,6 @@
 //! Messages that have no schema of ours: recorded as JSON, so that a new message is in recordings before it has one.
 
-use contract::{Message, RobotId};
+use contract::{Message, Request, RobotId};
 
 use crate::Channel;
 use crate::channel::ROBOT;
@@ -28,6 +28,23 @@ impl JsonMessage {
         Self::topic::<M>()?;
         let topic = M::SERVICE.name_of(robot);
         Some(Self { topic, json: serde_json::to_vec(message).ok()? })
+    }
+
+    /// An answer of hopper-sim as JSON, under the name of its service; `None` if it has a channel with a schema, or a value that
+    /// JSON cannot hold.
+    #[must_use]
+    pub fn of_answer<Q: Request>(answer: &Q::Response) -> Option<Self> {
+        let topic = Q::SERVICE.name_of(ROBOT);
+        if Channel::of(&topic).is_some() {
+            return None;
+        }
+        Some(Self { topic, json: serde_json::to_vec(answer).ok()? })
+    }
+
+    /// Whether `topic` is that of answers to requests of type `Q` that are recorded as JSON.
+    #[must_use]
+    pub fn is_topic_of_answers<Q: Request>(topic: &str) -> bool {
+        Q::SERVICE.name_of(ROBOT) == topic && Channel::of(topic).is_none()
     }
 
     /// Whether `topic` is that of messages of type `M`, of whichever robot.

@@ -18,6 +18,7 @@ pub mod channel;
 pub mod compression;
 pub mod conversion;
 mod definitions;
+mod details;
 mod earlier_brief;
 pub mod entry;
 pub mod error;

@@ -39,6 +39,8 @@ pub struct Recorder {
     flushed: (u64, Decision),
     /// Number of the run's routes among the bytes given out.
     flushed_routes: usize,
+    /// Number of the run's details among the bytes given out.
+    flushed_details: usize,
     finished: bool,
 }
 
@@ -76,6 +78,7 @@ impl Recorder {
             closed: now,
             flushed: (0, Decision(0)),
             flushed_routes: 0,
+            flushed_details: 0,
             finished: false,
         })
     }
@@ -108,23 +111,26 @@ impl Recorder {
         let requests = self.with(|transcript| transcript.tick(now))?;
         // The end of a mission is acknowledged once its last record is in the file, so it does not wait for its chunk.
         let (written, routes) = (self.transcript.written(), self.transcript.routes_written());
-        let is_flushed = (self.flushed, self.flushed_routes) == (written, routes);
+        let details = self.transcript.details_written();
+        let is_flushed =
+            (self.flushed, self.flushed_routes, self.flushed_details) == (written, routes, details);
         if now.since_ns(self.closed) >= CHUNK_NS || self.transcript.is_complete() && !is_flushed {
             self.closed = now;
             self.writer.flush()?;
-            (self.flushed, self.flushed_routes) = (written, routes);
+            (self.flushed, self.flushed_routes, self.flushed_details) = (written, routes, details);
         }
         Ok(requests)
     }
 
-    /// Whether the record of every decision of `run` before `decision`, with every route that came, is among the bytes given out, and not only in a
+    /// Whether the record of every decision of `run` before `decision`, with every route and detail that came, is among the bytes given out, and not only in a
     /// chunk that is still open.
     #[must_use]
     pub fn is_whole_until(&self, run: RunId, decision: Decision) -> bool {
         let (past, flushed) = self.flushed;
         let has_records = past == self.transcript.written().0 && flushed >= decision;
         let has_routes = self.flushed_routes == self.transcript.routes_written();
-        self.transcript.run() == Some(run) && has_records && has_routes
+        let has_details = self.flushed_details == self.transcript.details_written();
+        self.transcript.run() == Some(run) && has_records && has_routes && has_details
     }
 
     /// Whether the expected speeds of uncertain ground are still to come.
@@ -137,6 +143,12 @@ impl Recorder {
     #[must_use]
     pub fn lacks_routes(&self) -> bool {
         self.transcript.lacks_routes()
+    }
+
+    /// Whether what the motion model told of some decision is still to come.
+    #[must_use]
+    pub fn lacks_details(&self) -> bool {
+        self.transcript.lacks_details()
     }
 
     /// Number of missing messages so far, by topic.

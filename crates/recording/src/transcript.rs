@@ -1,22 +1,24 @@
 //! Which messages a recording or a live viewer gets, on which channel.
 //!
 //! It requests what was missed, or was published before it began: executed decisions from `hop/past` until it has all of
-//! them, the map from `hop/snapshot`, and announced routes from `hop/routes`. The answers are written too, routes as
-//! announcements.
+//! them, the map from `hop/snapshot`, announced routes from `hop/routes`, and what the motion model told of decisions from
+//! `hop/details`. The answers are written too, routes as announcements.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use contract::limits::{ASK_AGAIN_NS, PAST_PAGE_RECORDS};
 use contract::message::Message as _;
 use contract::{
-    Announcement, Brief, Decision, Incarnation, Leader, MapRequest, MonotonicNs, PastPage, PastRequest,
-    PriorPage, PriorRequest, RobotId, RoutePage, RouteRequest, RunId, State, Status, Team, Vetoed,
+    Announcement, Brief, Decision, DetailPage, DetailRequest, Incarnation, Leader, MapRequest, MonotonicNs,
+    PastPage, PastRequest, PriorPage, PriorRequest, RobotId, RoutePage, RouteRequest, RunId, State, Status,
+    Team, Vetoed,
 };
 use follow::{Link, PastFollower, PriorFollower, Replica};
 use prost::Message as _;
 
 use crate::announced_routes::AnnouncedRoutes;
 use crate::channel::ROBOT;
+use crate::details::Details;
 use crate::proto::foxglove::log::Level;
 use crate::view::{self, ViewMessage, Views};
 use crate::{Channel, JsonMessage, RecordedMessage, SequenceGap, SequenceGaps};
@@ -38,6 +40,8 @@ pub struct Requests {
     pub prior: Option<PriorRequest>,
     /// Request to `hop/routes`.
     pub route: Option<RouteRequest>,
+    /// Request to `hop/details`.
+    pub detail: Option<DetailRequest>,
 }
 
 impl Requests {
@@ -49,6 +53,7 @@ impl Requests {
             map: later.map.or(self.map),
             prior: later.prior.or(self.prior),
             route: later.route.or(self.route),
+            detail: later.detail.or(self.detail),
         }
     }
 }
@@ -113,6 +118,7 @@ pub struct Transcript {
     map: Replica,
     views: Views,
     routes: AnnouncedRoutes,
+    details: Details,
     /// Of uncertain ground, for viewers: it is not written.
     prior: PriorFollower,
     processes: BTreeSet<Incarnation>,
@@ -131,6 +137,7 @@ impl Default for Transcript {
             map: Replica::new(ROBOT),
             views: Views::default(),
             routes: AnnouncedRoutes::default(),
+            details: Details::default(),
             prior: PriorFollower::default(),
             processes: BTreeSet::new(),
         }
@@ -272,6 +279,37 @@ impl Transcript {
         self.routes.lacks_points()
     }
 
+    /// Takes what the motion model told of a decision, as asked for, received at `now`.
+    pub fn on_detail(&mut self, page: DetailPage, now: MonotonicNs) {
+        let Some((page, is_new)) = self.details.page(page) else { return };
+        if is_new && let Some(message) = JsonMessage::of_answer::<DetailRequest>(&page) {
+            self.on_json(&message, now);
+        }
+        self.draw_records(false);
+        if let Some(state) = self.state.filter(|state| state.decision == page.decision.next()) {
+            let messages = self.views.rest(&state, page.detail.rest_m);
+            self.put_views(messages, now);
+        }
+    }
+
+    /// Whether what the motion model told of some decision is still to come.
+    #[must_use]
+    pub fn lacks_details(&self) -> bool {
+        self.details.is_missing()
+    }
+
+    /// Number of details of the run that were written.
+    pub(crate) fn details_written(&self) -> usize {
+        self.details.written()
+    }
+
+    /// Draws the ways of the decisions whose details are there, or of all.
+    fn draw_records(&mut self, all: bool) {
+        while let Some((record, detail)) = self.details.next(all) {
+            self.views.record(&record, detail.as_ref());
+        }
+    }
+
     /// Number of routes of the run that were written.
     pub(crate) fn routes_written(&self) -> usize {
         self.routes.written()
@@ -291,11 +329,13 @@ impl Transcript {
     pub fn tick(&mut self, now: MonotonicNs) -> Requests {
         self.draw(now, false);
         let route = self.run().and_then(|run| self.routes.ask(run, now));
-        Requests { past: self.past_wanted(now), map: self.map.ask(now), prior: self.prior.ask(now), route }
+        let (past, map, prior) = (self.past_wanted(now), self.map.ask(now), self.prior.ask(now));
+        Requests { past, map, prior, route, detail: self.details.ask(now) }
     }
 
     /// Adds what viewers shall see at the end.
     pub fn finish(&mut self, now: MonotonicNs) {
+        self.draw_records(true);
         self.draw(now, true);
     }
 
@@ -307,6 +347,7 @@ impl Transcript {
         (self.brief, self.state) = (Some(brief.clone()), None);
         self.views.begin(&brief);
         self.routes = AnnouncedRoutes::default();
+        self.details.begin(brief.run);
         self.prior.begin(&brief);
         self.forget_past();
         self.map = Replica::new(ROBOT);
@@ -372,7 +413,8 @@ impl Transcript {
         for record in &page.records {
             match self.past.link(record) {
                 Link::Next => {
-                    self.views.record(record);
+                    self.details.record(record);
+                    self.draw_records(false);
                     self.routes.record(record);
                     self.past.fold(record);
                 }
@@ -397,6 +439,7 @@ impl Transcript {
         self.pasts += 1;
         self.views.forget_past();
         self.routes.forget_missing();
+        self.details.forget_past();
     }
 
     /// First decision whose record is still missing.

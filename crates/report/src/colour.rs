@@ -10,6 +10,10 @@ use contract::Direction;
 pub const ROUTE: &str = "#005f8f";
 /// Hops that slipped or stayed.
 pub const STRAY: &str = "#e3000f";
+/// What a body rolled.
+pub const ROLLED: &str = "#6a2fa0";
+/// Where a body hit the ground; its rim is [`DARK`].
+pub const IMPACT: &str = "#ffffff";
 /// Translucent layer over sand.
 pub const SAND: &str = "#7d8288";
 /// Hatching and tint of impassable ground.

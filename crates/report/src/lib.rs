@@ -28,6 +28,7 @@ pub mod summary;
 pub mod table;
 pub mod tally;
 pub mod timing_csv;
+pub mod way;
 
 pub use decisions::{Cause, Conditions, DecisionReport, DecisionTiming, DecisionTimings, Disturbance};
 pub use ending::Ending;

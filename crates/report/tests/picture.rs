@@ -6,8 +6,9 @@
 mod mission;
 
 use contract::{
-    Account, Action, Body, Branch, Brief, Cell, Cover, Direction, Goal, Ground, ObservedMap, PolicyCell,
-    Record, Robot, RobotId, Route, Rover, Sensor, Square, Status, Waypoint,
+    Account, Action, Body, Branch, Brief, Cell, Cover, Decision, Detail, Direction, Goal, Ground,
+    MotionModel, ObservedMap, PathPoint, PolicyCell, Record, Robot, RobotId, Route, Rover, Sensor, Square,
+    Status, Waypoint,
 };
 use mission::{Step, brief, driver, ground, helicopter, policy, records, with_robots};
 use report::{Layer, Picture, PictureGrid, PictureStyle, ReportError, TitledPicture};
@@ -42,6 +43,7 @@ fn svg(
         sensing_radius_m: Some(2.25),
         speeds: &[],
         announced: &[],
+        details: &[],
     };
     picture.svg().unwrap()
 }
@@ -61,6 +63,68 @@ fn a_tiny_picture_stands_as_drawn() {
     insta::assert_snapshot!(svg(&brief, &terrain, &map, Some(&policy(&brief)), &route));
 }
 
+/// P-PICTURE-WAYS: Where the motion model tells the way of a hop, the picture has its impacts, what it rolled, and the hopper exactly where
+/// it rests; the legend names both. Without a way there is none of it.
+#[test]
+fn impacts_and_rest_positions_are_drawn_where_they_are_told() {
+    let brief = brief(4);
+    let (terrain, map) = ground(&brief);
+    let east = (Action::Hop(Direction::East), Branch::Intended);
+    let route = records(&brief, &[east, (Action::Hop(Direction::East), Branch::Stayed)], 4);
+    let point = |seconds, east_m, leaves_mps| PathPoint { seconds, at_m: [east_m, 1.5, 0.0], leaves_mps };
+    // Launched at 1.5 m; impacts at 2.25 and 2.5 m; rolled to 2.75 m. The next hop lands where it was launched, without rolling.
+    let bounced = Detail {
+        model: MotionModel::Contact,
+        rest_m: [2.75, 1.5, 0.0],
+        figures: [1.0, 2.0, 0.25, 2.0, 1.0, 0.0],
+        path: vec![
+            point(0.0, 1.5, [0.75, 0.0, 1.0]),
+            point(1.0, 2.25, [0.5, 0.0, 0.5]),
+            point(1.5, 2.5, [1.0, 0.0, 0.0]),
+        ],
+    };
+    let details = [(Decision(0), bounced.clone()), (Decision(1), bounced.at_rest())];
+    let picture = Picture {
+        brief: &brief,
+        terrain: &terrain,
+        treasures: &[],
+        map: &map,
+        policy: None,
+        route: &route,
+        outcome: Status::Underway.into(),
+        sensing_radius_m: None,
+        speeds: &[],
+        announced: &[],
+        details: &details,
+    };
+    let text = picture.svg().unwrap();
+    let document = Document::parse(&text).unwrap();
+    let paths = |wanted: &dyn Fn(&roxmltree::Node<'_, '_>) -> bool| -> Vec<String> {
+        let found = document.descendants().filter(|node| node.has_tag_name("path") && wanted(node));
+        found.map(|node| node.attribute("d").unwrap().to_owned()).collect()
+    };
+    let hits = paths(&|node| node.attribute("class") == Some("impacts"));
+    assert_eq!(hits.len(), 1);
+    let x_of = |path: &str| -> f64 {
+        path.trim_start_matches('M').split([' ', 'l', 'L']).next().unwrap().parse().unwrap()
+    };
+    let hits: Vec<f64> = hits[0].split_inclusive('z').map(x_of).collect();
+    assert_eq!(hits.len(), 2, "{hits:?}");
+    // Units of the picture a metre, by the two impacts.
+    let scale = (hits[1] - hits[0]) / 0.25;
+    let hopper = document.descendants().filter(|node| node.attribute("fill") == Some("#ffd400"));
+    let at: Vec<f64> = hopper.map(|node| node.attribute("cx").unwrap().parse().unwrap()).collect();
+    // The first is that of the map, the second that of the legend; numbers have one decimal place.
+    assert!((at[0] - hits[1] - 0.25 * scale).abs() < 0.2, "{at:?} {hits:?}");
+    let rolled = paths(&|node| node.attribute("stroke") == Some("#6a2fa0"));
+    assert!(rolled.iter().any(|path| (x_of(path) - hits[1]).abs() < 0.2), "{rolled:?}");
+    for word in ["impact", "rolled"] {
+        assert_eq!(text.matches(&format!(">{word}<")).count(), 1, "{word}");
+    }
+    let without = Picture { details: &[], ..picture }.svg().unwrap();
+    assert!(!without.contains("impacts") && !without.contains("#6a2fa0") && !without.contains(">impact<"));
+}
+
 /// A tiny mission after two of its decisions, in one picture grid.
 fn tiny_plate() -> String {
     let brief = brief(4);
@@ -78,6 +142,7 @@ fn tiny_plate() -> String {
         sensing_radius_m: Some(2.0),
         speeds: &[],
         announced: &[],
+        details: &[],
     };
     let after = Picture { policy: Some(&policy), route: &route, sensing_radius_m: Some(2.5), ..before };
     let views = vec![
@@ -209,6 +274,7 @@ fn a_layer_that_does_not_cover_the_grid_is_refused() {
         sensing_radius_m: None,
         speeds: &[],
         announced: &[],
+        details: &[],
     };
     assert_eq!(picture.svg(), Err(ReportError::Cells { layer: "terrain", need: 16, got: 15 }));
 }
@@ -231,6 +297,7 @@ fn a_picture_for_a_paper_is_a_column_without_title_and_with_hatched_sand() {
         sensing_radius_m: Some(2.25),
         speeds: &[],
         announced: &[],
+        details: &[],
     };
     let (screen, paper) =
         (picture.svg_in(PictureStyle::Screen).unwrap(), picture.svg_in(PictureStyle::Paper).unwrap());
@@ -323,6 +390,7 @@ impl Scouted {
             sensing_radius_m: None,
             speeds: &self.speeds,
             announced: &self.announced,
+            details: &[],
         }
     }
 }

@@ -76,8 +76,8 @@ impl Visitor for Streams {
 
 impl Stream {
     /// Every stream of these missions: a lone hopper's have no [`contract::Team`], only helicopters and those they look
-    /// ahead for announce routes, only ground of uncertain speed has a prior, and nobody that is simulated asks for details
-    /// of hops.
+    /// ahead for announce routes, only ground of uncertain speed has a prior. Details of hops are left out: only monitors ask for them, in
+    /// missions that are not under the law.
     #[must_use]
     pub fn all(missions: Missions) -> Vec<Stream> {
         let teams = Stream::of::<contract::Team>();

@@ -121,7 +121,9 @@ impl<P: Ports + 'static, S: Sink> monitor::process::Observer<P> for Recorder<P, 
     fn is_whole_until(&self, run: RunId, decision: Decision) -> bool {
         let waits_for_prior = self.engine.lacks_prior() && self.ports.can_have_prior();
         let waits_for_routes = self.engine.lacks_routes() && self.ports.can_have_routes();
-        self.failed || !waits_for_prior && !waits_for_routes && self.engine.is_whole_until(run, decision)
+        let waits_for_details = self.engine.lacks_details() && self.ports.can_have_details();
+        let waits = waits_for_prior || waits_for_routes || waits_for_details;
+        self.failed || !waits && self.engine.is_whole_until(run, decision)
     }
 
     fn finish(&mut self, ports: &mut P) -> Result<(), Failure> {

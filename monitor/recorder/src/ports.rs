@@ -2,8 +2,9 @@
 
 use contract::message::{Message as _, Visitor};
 use contract::{
-    Announcement, Brief, Command, Control, Heartbeat, MapPatch, MapRequest, MonotonicNs, Pacing, PastRequest,
-    Policy, PriorPage, PriorRequest, RobotId, RoutePage, RouteRequest, State, Team,
+    Announcement, Brief, Command, Control, DetailPage, DetailRequest, Heartbeat, MapPatch, MapRequest,
+    MonotonicNs, Pacing, PastRequest, Policy, PriorPage, PriorRequest, RobotId, RoutePage, RouteRequest,
+    State, Team,
 };
 use process::{Client, Ports, Reader, accept};
 use recording::{JsonMessage, RecordedMessage as Message, Requests, Transcript};
@@ -34,6 +35,7 @@ pub struct RecorderPorts<P: Ports> {
     robots: RobotPorts<P>,
     priors: LateClient<P, PriorRequest>,
     routes: LateClient<P, RouteRequest>,
+    details: LateClient<P, DetailRequest>,
     /// One reader for each message without a schema of ours.
     others: Vec<Drain>,
     period_ns: u64,
@@ -48,6 +50,7 @@ pub struct Received {
     ordered: Vec<Message>,
     prior: Option<PriorPage>,
     route: Option<RoutePage>,
+    detail: Option<DetailPage>,
     others: Vec<JsonMessage>,
 }
 
@@ -109,6 +112,7 @@ impl<P: Ports + 'static> RecorderPorts<P> {
             robots: RobotPorts::default(),
             priors: LateClient::default(),
             routes: LateClient::default(),
+            details: LateClient::default(),
             others,
             period_ns: PERIODS_NS[0],
         })
@@ -126,7 +130,8 @@ impl<P: Ports + 'static> RecorderPorts<P> {
             self.snapshots.request(request)?;
         }
         self.priors.ask(ports, wanted.prior, "viewers get no expected speeds")?;
-        self.routes.ask(ports, wanted.route, "routes whose announcements were missed are not recorded")
+        self.routes.ask(ports, wanted.route, "routes whose announcements were missed are not recorded")?;
+        self.details.ask(ports, wanted.detail, "impacts and exact rest positions are not recorded")
     }
 
     /// Whether the prior can be had.
@@ -139,6 +144,12 @@ impl<P: Ports + 'static> RecorderPorts<P> {
     #[must_use]
     pub fn can_have_routes(&self) -> bool {
         !self.routes.is_full()
+    }
+
+    /// Whether what the motion model tells can be asked for.
+    #[must_use]
+    pub fn can_have_details(&self) -> bool {
+        !self.details.is_full()
     }
 
     /// How long to wait for the next look at most, nanoseconds: the less the fuller the queues were.
@@ -188,13 +199,13 @@ impl<P: Ports + 'static> RecorderPorts<P> {
         self.period_ns = if most >= MANY { PERIODS_NS[1] } else { PERIODS_NS[0].min(self.period_ns * 2) };
         let mut announcements = well_formed(self.announcements.drain());
         announcements.extend(self.robots.announcements());
-        let (prior, route) = (self.priors.receive(), self.routes.receive());
-        if prior.is_some() || route.is_some() {
+        let (prior, route, detail) = (self.priors.receive(), self.routes.receive(), self.details.receive());
+        if prior.is_some() || route.is_some() || detail.is_some() {
             // The next page is asked for at once.
             self.period_ns = PERIODS_NS[1];
         }
         let others = self.others.iter_mut().flat_map(|drain| drain()).collect();
-        Received { early, teams, announcements, ordered, prior, route, others }
+        Received { early, teams, announcements, ordered, prior, route, detail, others }
     }
 }
 
@@ -219,6 +230,9 @@ impl Received {
         }
         if let Some(page) = &self.route {
             transcript.on_route(page, now);
+        }
+        if let Some(page) = self.detail {
+            transcript.on_detail(page, now);
         }
         for message in &self.others {
             transcript.on_json(message, now);

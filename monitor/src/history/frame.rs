@@ -1,9 +1,10 @@
 //! Frames for the page: small pieces of the history, each a named event with JSON data.
 
 use contract::{
-    Account, Action, Brief, Cell, Decision, Grid, MonotonicNs, Policy, Robot, RobotId, Stage, Vetoed,
-    Waypoint,
+    Account, Action, Brief, Cell, Decision, Grid, MonotonicNs, MotionModel, Policy, Robot, RobotId, Stage,
+    Vetoed, Waypoint,
 };
+use report::way::{self, Stretch};
 use serde::Serialize;
 use serde_json::{Value, json};
 use speed_layer::{SpeedEstimate, SpeedLayer, SpeedRow};
@@ -11,12 +12,15 @@ use speed_layer::{SpeedEstimate, SpeedLayer, SpeedRow};
 use super::layers::GroundLayer;
 use super::reason::Ends;
 use super::{
-    Announced, Announcements, History, HopReason, Hops, LeaderChange, PeerChange, PeerEvent, PeerHistory,
-    Reason, RunHistory, SeenCells, layers,
+    Announced, Announcements, Details, History, HopReason, Hops, LeaderChange, PeerChange, PeerEvent,
+    PeerHistory, Reason, RunHistory, SeenCells, Told, layers,
 };
 
 /// Most hops in one frame.
 pub const HOPS_A_FRAME: usize = 256;
+
+/// Most details in one frame: each may have two hundred numbers.
+pub const DETAILS_A_FRAME: usize = 12;
 
 /// Most cells in one frame.
 pub const CELLS_A_FRAME: usize = 4096;
@@ -31,7 +35,7 @@ pub const POLICY_SIDE_MAX: u32 = 128;
 /// A server-sent event: its name, and one line of JSON.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Frame {
-    /// Name of the event: mission, hops, cells, routes, speeds, marks, policy or status.
+    /// Name of the event: mission, hops, cells, routes, details, speeds, marks, policy or status.
     pub event: &'static str,
     /// JSON data in one line.
     pub data: String,
@@ -50,6 +54,7 @@ pub struct Cursor {
     policies: u64,
     status: u64,
     announcements: u64,
+    details: u64,
     speeds: usize,
     speed_rows: usize,
 }
@@ -97,6 +102,7 @@ impl History {
         hops(&run.hops, cursor)
             .or_else(|| cells(&run.seen_cells, cursor))
             .or_else(|| routes(&run.announcements, cursor))
+            .or_else(|| details(&run.brief, &run.details, cursor))
             .or_else(|| speeds(&run.brief, run.speeds.layer(), cursor))
             .or_else(|| events(&self.peers, cursor))
             .or_else(|| self.status(cursor, now))
@@ -115,6 +121,7 @@ impl History {
             || cursor.revision != revision
             || !log.is_empty()
             || cursor.announcements < run.announcements.count()
+            || cursor.details < run.details.count()
             || run.speeds.layer().is_some_and(|layer| cursor.speeds < layer.codes().len())
             || cursor.events < self.peers.events_count()
             || (cursor.status < self.progress.0 && self.progress.1.is_some())
@@ -305,6 +312,47 @@ fn routes(announcements: &Announcements, cursor: &mut Cursor) -> Option<Frame> {
     let point = |point: &Waypoint| [rounded(point.x_m, 1e3), rounded(point.y_m, 1e3)];
     let points: Vec<_> = route.waypoints().iter().map(point).collect();
     Some(frame("routes", &json!({ "decision": decision, "robot": robot, "points": points })))
+}
+
+/// What the motion model told of the next hops, as `hopper journal show --format json` has it; beside each which stretches of the way are
+/// flights, how long it took, how it ended and the energy that is lost. What the figures of each model are called goes with them.
+fn details(brief: &Brief, details: &Details, cursor: &mut Cursor) -> Option<Frame> {
+    let told = details.from(cursor.details).take(DETAILS_A_FRAME);
+    if told.len() == 0 {
+        return None;
+    }
+    let left = details.from(cursor.details).len();
+    cursor.details = details.count() - (left - told.len()) as u64;
+    // All hoppers of a mission are under the same gravity.
+    let gravity_mps2 =
+        brief.robots.iter().find_map(|robot| robot.as_hopper()).map(|(motion, _)| motion.gravity_mps2);
+    let row = |told: &Told| {
+        let Told { decision, detail } = told;
+        let stretches = way::stretches(detail);
+        json!({
+            "decision": decision,
+            "detail": detail,
+            "stretches": stretches.iter().map(stretch).collect::<Vec<_>>(),
+            "ended": way::ending(detail),
+            "lost_j_per_kg": gravity_mps2.and_then(|gravity_mps2| way::lost_j_per_kg(detail, gravity_mps2)),
+        })
+    };
+    let names: serde_json::Map<String, Value> =
+        MotionModel::ALL.iter().map(|model| (model.name().to_owned(), json!(model.figures()))).collect();
+    Some(frame("details", &json!({ "rows": told.map(row).collect::<Vec<_>>(), "figures": names })))
+}
+
+/// A stretch of a way: when it begins and ends, where, the speed of the climb if it is a flight, and whether it leads to rest.
+fn stretch(stretch: &Stretch) -> Value {
+    let Stretch { from_m, to_m, begins_s, ends_s, launch_mps, is_last } = *stretch;
+    json!({
+        "begins_s": begins_s,
+        "ends_s": ends_s,
+        "from_m": from_m,
+        "to_m": to_m,
+        "climb_mps": launch_mps.map(|[_, _, climb_mps]| climb_mps),
+        "last": is_last,
+    })
 }
 
 /// Speeds of the next cells in index order: distributions that are new to the reader, each as what the layers of speeds show

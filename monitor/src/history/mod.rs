@@ -5,6 +5,7 @@
 //! mechanism without a queue that could fill.
 
 mod announcements;
+mod details;
 mod frame;
 mod hops;
 mod layers;
@@ -14,9 +15,9 @@ mod seen_cells;
 mod speeds;
 
 use contract::{
-    Brief, Cell, Collected, Decision, Heartbeat, Incarnation, MapPage, MapPatch, MapRequest, MissingPeer,
-    MonotonicNs, ObservedMap, Pacing, PastPage, Policy, PriorPage, PriorRequest, RobotId, Role, RoutePage,
-    RouteRequest, State, Team,
+    Brief, Cell, Collected, Decision, DetailPage, DetailRequest, Heartbeat, Incarnation, MapPage, MapPatch,
+    MapRequest, MissingPeer, MonotonicNs, ObservedMap, Pacing, PastPage, Policy, PriorPage, PriorRequest,
+    RobotId, Role, RoutePage, RouteRequest, State, Team,
 };
 use follow::{Link, PastFollower, Replica};
 use report::layers::Value;
@@ -24,6 +25,7 @@ use report::{Executed, Layer};
 use speed_layer::SpeedLayer;
 
 pub use announcements::{Announced, Announcements};
+pub use details::{DETAILS_KEPT, Details, Told};
 pub use frame::{CELLS_A_FRAME, Cursor, Frame, HOPS_A_FRAME, POLICY_SIDE_MAX};
 pub use hops::{HOPS_KEPT, Hop, Hops, LeaderChange};
 pub use peers::{EVENTS_KEPT, Peer, PeerChange, PeerEvent, PeerHistory};
@@ -56,6 +58,8 @@ pub enum Input<'a> {
     Prior(PriorPage),
     /// A route that was requested.
     Route(&'a RoutePage),
+    /// What the motion model tells of a decision, as requested.
+    Detail(&'a DetailPage),
     /// A sign of life of a process.
     Heartbeat(&'a Heartbeat),
     /// Policy of the planner in command.
@@ -73,6 +77,8 @@ pub struct Wanted {
     pub prior: Option<PriorRequest>,
     /// The points of a route.
     pub route: Option<RouteRequest>,
+    /// What the motion model tells of a decision.
+    pub detail: Option<DetailRequest>,
 }
 
 /// The history of one robot's mission.
@@ -109,6 +115,7 @@ struct RunHistory {
     /// All robots as of their newest message; `None` where there is a single hopper.
     team: Option<Team>,
     announcements: Announcements,
+    details: Details,
     speeds: Speeds,
 }
 
@@ -162,6 +169,7 @@ impl History {
             Input::Team(team) => self.of_run(team.run)?.team(team),
             Input::Prior(page) => self.of_run(page.run)?.prior(page),
             Input::Route(page) => self.of_run(page.run)?.announcements.page(page),
+            Input::Detail(page) => self.of_run(page.run)?.details.page(page),
             Input::Policy(policy) => {
                 let known = &mut self.of_run(policy.run)?.policy;
                 *known = (known.0 + 1, Some(policy));
@@ -170,11 +178,18 @@ impl History {
         None
     }
 
-    /// What is missing of the prior and of announced routes, if it is to be requested at `now`. Nothing where a hopper
-    /// goes alone.
+    /// What is missing of the prior, of announced routes and of details, if it is to be requested at `now`. Nothing where a
+    /// hopper goes alone under the law.
     pub fn wanted(&mut self, now: MonotonicNs) -> Wanted {
         let Some(run) = &mut self.run else { return Wanted::default() };
-        Wanted { prior: run.speeds.ask(now), route: run.announcements.ask(run.brief.run, now) }
+        let route = run.announcements.ask(run.brief.run, now);
+        Wanted { prior: run.speeds.ask(now), route, detail: run.details.ask(now) }
+    }
+
+    /// Whether what the motion model told of some decision is missing.
+    #[must_use]
+    pub fn lacks_details(&self) -> bool {
+        self.run.as_ref().is_some_and(|run| run.details.is_missing())
     }
 
     /// Whether part of the prior or of the announced routes is missing.
@@ -302,6 +317,12 @@ impl History {
         self.run.as_ref().map(|run| &run.announcements)
     }
 
+    /// What the motion model told of the hops of the run.
+    #[must_use]
+    pub fn details(&self) -> Option<&Details> {
+        self.run.as_ref().map(|run| &run.details)
+    }
+
     /// Newest policy of the run.
     #[must_use]
     pub fn policy(&self) -> Option<&Policy> {
@@ -375,6 +396,8 @@ impl RunHistory {
         replica.begin(brief);
         let mut speeds = Speeds::default();
         speeds.begin(brief);
+        let mut details = Details::default();
+        details.begin(brief.run);
         Self {
             brief: brief.clone(),
             state: None,
@@ -386,6 +409,7 @@ impl RunHistory {
             policy: (0, None),
             team: None,
             announcements: Announcements::default(),
+            details,
             speeds,
         }
     }
@@ -411,6 +435,7 @@ impl RunHistory {
         {
             self.hops.fold(&executed);
             self.past.fold_state(state);
+            self.details.state(&self.brief.robots, state);
         }
     }
 
@@ -426,6 +451,7 @@ impl RunHistory {
                     self.hops.fold(&Executed::from(record));
                     self.past.fold(record);
                     self.announcements.record(record);
+                    self.details.record(record);
                 }
                 Link::OtherDecision => {}
                 Link::Broken => return true,

@@ -29,6 +29,7 @@ assets! {
     "/why.js" "text/javascript; charset=utf-8" "why.js",
     "/palette.js" "text/javascript; charset=utf-8" "palette.js",
     "/contours.js" "text/javascript; charset=utf-8" "contours.js",
+    "/way.js" "text/javascript; charset=utf-8" "way.js",
     "/space.js" "text/javascript; charset=utf-8" "space.js",
     "/charts.js" "text/javascript; charset=utf-8" "charts.js",
     "/scale.js" "text/javascript; charset=utf-8" "scale.js",

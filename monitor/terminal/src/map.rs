@@ -6,10 +6,11 @@ use ratatui::layout::Rect;
 use ratatui::style::{Color, Modifier, Style};
 
 use monitor::History;
-use monitor::history::{Hop, Seen, SeenCells};
+use monitor::history::{Details, Hop, Seen, SeenCells};
 use report::Layer;
 use report::colour;
 use report::layers::Look;
+use report::way;
 
 use crate::ViewSettings;
 use crate::layer::{ink, texture, visits};
@@ -111,6 +112,7 @@ impl<'a> View<'a> {
             hop.visits + 1 >= visits && (self.robots == 1 || !has_ways(brief) || hop.robot.0 == 0)
         };
         let shown = || hops.from(hops.first()).take(flown).filter(is_shown);
+        self.impacts(brief, &mut put);
         for hop in shown() {
             put(hop.from, "• ", ROUTE);
             if hop.branch == Branch::Intended {
@@ -145,6 +147,16 @@ impl<'a> View<'a> {
             }
         } else if let Some(cell) = pose(self.history, self.at) {
             put(cell, "@ ", HOPPER);
+        }
+    }
+
+    /// Where bodies hit the ground before the moment that is shown. Departures and landings cover them.
+    fn impacts(&self, brief: &Brief, put: &mut impl FnMut(Cell, &'static str, Paint)) {
+        let told = self.history.details().into_iter().flat_map(Details::iter);
+        for told in told.filter(|told| told.decision < self.at) {
+            for [x_m, y_m, _] in way::impacts(&told.detail) {
+                put(Waypoint { x_m, y_m }.cell_of(&brief.grid), "◇ ", IMPACT);
+            }
         }
     }
 
@@ -307,6 +319,7 @@ type Paint = (Color, Option<Color>);
 const BLACK: Color = Color::Rgb(17, 17, 17);
 pub(crate) const WHITE: Color = Color::Rgb(255, 255, 255);
 const ROUTE: Paint = (BLACK, None);
+const IMPACT: Paint = (BLACK, None);
 const STRAY: Paint = (Color::Rgb(227, 0, 15), Some(WHITE));
 const START: Paint = (WHITE, Some(Color::Rgb(31, 111, 224)));
 const TREASURE: Paint = (BLACK, Some(Color::Rgb(255, 196, 0)));

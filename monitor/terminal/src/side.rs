@@ -4,6 +4,7 @@ use contract::{Account, Branch, Brief, Decision, MonotonicNs, Origin, Policy, Ro
 use ratatui::layout::Rect;
 use ratatui::style::{Color, Style};
 use ratatui::text::{Line, Span};
+use report::way;
 
 use monitor::History;
 use monitor::history::{Hop, LeaderChange, Peer, PeerChange};
@@ -133,6 +134,26 @@ fn mission(history: &History, at: Decision, lines: &mut Vec<Line<'static>>) {
     lines.push(Line::raw(format!("{distance_m:.1} m to go · {seen:.0} % seen · {stray} stray")));
     let radius_m = brief.robots[0].as_hopper().map_or(0.0, |(_, sensor)| sensor.radius_m(height_m));
     lines.push(Line::raw(format!("height {height_m:.2} m, sees {radius_m:.1} m · {treasures} ★")));
+    lines.extend(way_of_hop(history, at));
+}
+
+/// What became of the hop that led to a moment, where the motion model tells it.
+fn way_of_hop(history: &History, at: Decision) -> Vec<Line<'static>> {
+    let before = at.0.checked_sub(1).map(Decision);
+    let detail = before.and_then(|before| history.details()?.of(before));
+    let Some((detail, launch)) = detail.and_then(|detail| Some((detail, detail.path.first()?))) else {
+        return Vec::new();
+    };
+    let [east, north, up] = launch.leaves_mps;
+    let level_mps = east.hypot(north);
+    let (speed_mps, angle_deg) = (level_mps.hypot(up), up.atan2(level_mps).to_degrees());
+    let mut lines = vec![format!("{speed_mps:.2} m/s at {angle_deg:.0}°, for {:.1} s", way::seconds(detail))];
+    if let (Some(impacts), Some(rolled_m)) = (detail.figure("impacts"), detail.figure("rolled_m")) {
+        let plural = if impacts == 1.0 { "" } else { "s" };
+        lines.push(format!("{impacts} impact{plural}, rolled {rolled_m:.2} m"));
+    }
+    lines.push(way::ending(detail).to_owned());
+    lines.into_iter().map(Line::raw).collect()
 }
 
 /// Most robots that have a line of their own.

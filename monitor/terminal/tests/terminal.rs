@@ -7,10 +7,10 @@
 mod mission;
 
 use contract::{
-    Account, Action, Branch, Cell, Decision, Direction, DriveSpeed, ErringCamera, Heartbeat, Incarnation,
-    Leader, MapPatch, Member, MonotonicNs, Name, ObservedMap, Pace, Pacing, PastPage, Policy, PriorCell,
-    PriorPage, Robot, RobotId, RobotSet, Role, Route, RoutePage, SeenCell, Sensor, SpeedPrior, Status, Team,
-    Waypoint,
+    Account, Action, Branch, Cell, Decision, Detail, DetailPage, Direction, DriveSpeed, ErringCamera,
+    Heartbeat, Incarnation, Leader, MapPatch, Member, MonotonicNs, MotionModel, Name, ObservedMap, Pace,
+    Pacing, PastPage, PathPoint, Policy, PriorCell, PriorPage, Robot, RobotId, RobotSet, Role, Route,
+    RoutePage, SeenCell, Sensor, SpeedPrior, Status, Team, Waypoint,
 };
 use mission::{Step, brief, driver, ground, helicopter, name, policy, records, with_robots};
 use monitor::{Event, History, Input, Watcher};
@@ -111,6 +111,36 @@ fn picture(account: &History, settings: &ViewSettings, columns: u16, rows: u16) 
     let mut terminal = Terminal::new(TestBackend::new(columns, rows)).unwrap();
     terminal.draw(|frame| draw(frame, account, settings, NOW)).unwrap();
     terminal.backend().clone()
+}
+
+/// P-TUI-WAYS: Where the motion model tells the way of a hop, the terminal says how it was launched and how it ended, and marks impacts.
+#[test]
+fn the_way_of_the_last_hop_is_told_once_it_is_known() {
+    let brief = brief(SIDE);
+    let point =
+        |seconds, east_m| PathPoint { seconds, at_m: [east_m, 1.5, 0.0], leaves_mps: [1.2, 0.0, 0.9] };
+    let detail = Detail {
+        model: MotionModel::Contact,
+        rest_m: [2.5, 1.5, 0.0],
+        figures: [2.0, 1.0, 0.25, 1.9, 1.0, 0.0],
+        path: vec![point(0.0, 1.5), point(1.0, 5.5)],
+    };
+    let mut record = records(&brief, &steps()[..1], 6)[0];
+    record.detail = detail.id();
+    record.digest = record.previous.chain(&record);
+    let mut account = History::new(ROBOT);
+    account.on(Input::Brief(&brief), NOW);
+    account.on(Input::State(&record.state_after(brief.run, NOW, NOW)), NOW);
+    let settings = ViewSettings::default();
+    let text = |account: &History| picture(account, &settings, 80, 24).to_string();
+    let words =
+        ["1.50 m/s at 37°, for 1.9 s", "1 impact, rolled 0.25 m", "it was caught (crease, pit or wall)", "◇"];
+    assert!(words.iter().all(|word| !text(&account).contains(word)));
+    assert!(account.lacks_details());
+    account.on(Input::Detail(&DetailPage { run: brief.run, decision: Decision(0), detail }), NOW);
+    for word in words {
+        assert!(text(&account).contains(word), "{word}: {}", text(&account));
+    }
 }
 
 /// P-TUI: The terminal view fits on eighty columns by twenty-four rows.

@@ -52,7 +52,7 @@ impl Flight {
         report::TitledPicture {
             heading,
             layer: report::Layer::Heights,
-            picture: snapshot.picture(&self.world, &self.brief, &self.route[..snapshot.hops]),
+            picture: snapshot.picture(&self.world, &self.brief, &self.route[..snapshot.hops], &[]),
         }
     }
 }

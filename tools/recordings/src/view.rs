@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use contract::message::Message;
-use contract::{Announcement, MonotonicNs, RobotId, Route, RoutePage, Team};
+use contract::{Announcement, DetailPage, DetailRequest, MonotonicNs, RobotId, Route, RoutePage, Team};
 use hopper::commands::view::{ServeArgs, gather_prior, serve};
 use monitor::{Event, History, Input, Watcher};
 use node::{Exit, Failure};
@@ -48,7 +48,7 @@ pub fn history(recording: &Recording<'_>) -> Result<History, Failure> {
     let robot = RobotId(0);
     let (mut history, mut watcher) = (History::new(robot), Watcher::new(robot));
     let mut last = MonotonicNs(0);
-    let mut routes: Vec<Route> = Vec::new();
+    let (mut routes, mut details): (Vec<Route>, Vec<DetailPage>) = (Vec::new(), Vec::new());
     for entry in recording.entries().filter(|entry| entry.undecodable().is_none()) {
         let now = entry.logged;
         last = now;
@@ -56,6 +56,8 @@ pub fn history(recording: &Recording<'_>) -> Result<History, Failure> {
             if let Some(team) = json::<Team>(&entry.topic, entry.data)? {
                 history.on(Input::Team(&team), now);
                 watcher.on(Event::Team(team), now);
+            } else if JsonMessage::is_topic_of_answers::<DetailRequest>(&entry.topic) {
+                details.push(decoded::<DetailPage>(&entry.topic, entry.data)?);
             } else if let Some(Announcement { route, .. }) = json(&entry.topic, entry.data)? {
                 routes.push(Route::new(route.waypoints().to_vec()).map_err(Failure::usage)?);
             }
@@ -94,6 +96,8 @@ pub fn history(recording: &Recording<'_>) -> Result<History, Failure> {
         }
     }
     history.on(Input::Tick, last);
+    // Records may be recorded after their details, so they come first.
+    details.iter().for_each(|page| _ = history.on(Input::Detail(page), last));
     answer(&mut history, recording, routes, last)?;
     if let Some(progress) = watcher.progress(last) {
         history.set_progress(progress);
@@ -106,8 +110,11 @@ fn json<M: Message + serde::de::DeserializeOwned>(topic: &str, data: &[u8]) -> R
     if !JsonMessage::is_topic_of::<M>(topic) {
         return Ok(None);
     }
+    decoded(topic, data).map(Some)
+}
+
+fn decoded<M: serde::de::DeserializeOwned>(topic: &str, data: &[u8]) -> Result<M, Failure> {
     serde_json::from_slice(data)
-        .map(Some)
         .map_err(|error| Failure::usage(format!("a message of {topic} is malformed: {error}")))
 }
 
@@ -136,8 +143,8 @@ fn answer(
 #[cfg(test)]
 mod tests {
     use contract::{
-        Action, Brief, Decision, Goal, LookAhead, PastPage, Record, Robot, Robots, RouteRequest, RunId,
-        Waypoint,
+        Action, Brief, Decision, Detail, Goal, LookAhead, MotionModel, PastPage, PathPoint, Record, Robot,
+        Robots, RouteRequest, RunId, Waypoint,
     };
     use hostile::fixtures;
     use recording::{Context, Recorder};
@@ -218,6 +225,67 @@ mod tests {
         for (robot, route) in (0..).map(RobotId).zip(&routes) {
             let shown = history.announcements().unwrap().of(robot, Decision(9));
             assert_eq!(shown.map(|announced| &announced.route), Some(route), "robot {robot}");
+        }
+    }
+
+    /// P-BAG-DETAILS: A recording has what the motion model told of each decision: asked for until it comes, recorded once, kept by a
+    /// recovery, and shown again to the bit.
+    #[test]
+    fn details_are_asked_for_recorded_once_and_shown_to_the_bit() {
+        let detail = |decision: u64| {
+            let leaves_mps = [0.1 + 0.2, -1e-17, 1.0 / 3.0];
+            let point = |seconds| PathPoint { seconds, at_m: [0.7, 0.1 * seconds, -0.3], leaves_mps };
+            let figures = [1.0, 1.0, 0.1 + 0.7, 1.9, 2.0 / 3.0, 0.0];
+            let path = vec![point(0.0), point(0.1 + decision as f64)];
+            Detail { model: MotionModel::Contact, rest_m: [0.3, 0.2 + 0.1, -0.0], figures, path }
+        };
+        let (flown, _) = fixtures::flown();
+        let brief = fixtures::brief();
+        let (run, robot, from) = (brief.run, RobotId(0), Decision(0));
+        let told = |record: Record| Record { detail: detail(record.decision.0).id(), ..record };
+        let mut previous = flown[0].previous;
+        let records: Vec<Record> = flown.into_iter().take(3).map(told).collect();
+        let records: Vec<Record> = records
+            .into_iter()
+            .map(|record| {
+                let record = Record { previous, ..record };
+                previous = previous.chain(&record);
+                Record { digest: previous, ..record }
+            })
+            .collect();
+        let count = records.len() as u64;
+        let mut recorder = Recorder::new(&Context::default(), MonotonicNs(1)).unwrap();
+        let past = PastPage { run, robot, from, records };
+        for message in [RecordedMessage::Brief(brief), RecordedMessage::Past(past)] {
+            recorder.on(message, MonotonicNs(1)).unwrap();
+        }
+        let mut now = MonotonicNs(2);
+        for decision in (0..count).map(Decision) {
+            assert!(recorder.lacks_details());
+            let wanted = Some(DetailRequest { run, decision });
+            assert_eq!(recorder.tick(now).unwrap().detail, wanted);
+            assert_eq!(recorder.tick(now).unwrap().detail, None, "one request at a time");
+            now = now.plus_ns(contract::limits::ASK_AGAIN_NS);
+            assert_eq!(recorder.tick(now).unwrap().detail, wanted, "until it comes");
+            for (run, of) in [(RunId(run.0 + 1), decision.0), (run, 77), (run, decision.0), (run, decision.0)]
+            {
+                let page = DetailPage { run, decision, detail: detail(of) };
+                recorder.with(|transcript| transcript.on_detail(page, now)).unwrap();
+            }
+        }
+        assert!(!recorder.lacks_details());
+        recorder.finish(now).unwrap();
+        let bytes = recorder.bytes();
+        for bytes in [&bytes, &recording::recover(&Recording::read(&bytes).unwrap()).unwrap()] {
+            let recording = Recording::read(bytes).unwrap();
+            assert!(recording.entries().all(|entry| entry.undecodable().is_none()));
+            let count_of = recording.entries().filter(|entry| entry.topic == "hop/details").count();
+            assert_eq!(count_of as u64, count, "each once");
+            let history = history(&recording).unwrap();
+            for decision in (0..count).map(Decision) {
+                let shown = history.details().unwrap().of(decision);
+                assert_eq!(shown.map(Detail::id), Some(detail(decision.0).id()), "{decision}");
+            }
         }
     }
 

@@ -68,6 +68,13 @@ impl Detail {
         Self { figures: [0.0; FIGURES], path: Vec::new(), ..*self }
     }
 
+    /// What the model tells under `name`, one of [`MotionModel::figures`].
+    #[must_use]
+    pub fn figure(&self, name: &str) -> Option<f64> {
+        let place = self.model.figures().iter().position(|figure| *figure == name)?;
+        Some(self.figures[place])
+    }
+
     /// Its name in records.
     #[must_use]
     pub fn id(&self) -> DetailId {
@@ -94,7 +101,7 @@ pub struct DetailRequest {
 }
 
 /// The detail of a decision; there is no answer where it has none.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct DetailPage {
     /// Run it belongs to.
     pub run: RunId,

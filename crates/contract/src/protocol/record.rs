@@ -88,6 +88,42 @@ impl Record {
     }
 }
 
+impl State {
+    /// Whether the digest chain names `detail` as that of the last action, which was not the announcement of a route. A state does
+    /// not have the action, so every action is tried; it does have all else that the chain covers.
+    #[must_use]
+    pub fn names_detail(&self, detail: DetailId) -> bool {
+        let (Some(outcome), Some(decision)) = (self.last, self.decision.0.checked_sub(1)) else {
+            return detail.is_none();
+        };
+        let mut record = Record {
+            robot: self.robot,
+            decision: Decision(decision),
+            leader: self.leader,
+            action: Action::Hold,
+            origin: self.last_origin,
+            vetoed: self.last_vetoed,
+            observation: 0,
+            work: 0,
+            cut: false,
+            outcome,
+            pose: self.pose,
+            detail,
+            collected: self.collected,
+            visits: self.visits,
+            steps: self.steps,
+            status: self.status,
+            timing: self.last_timing,
+            previous: self.previous,
+            digest: self.digest,
+        };
+        Action::ALL.iter().any(|action| {
+            record.action = *action;
+            self.previous.chain(&record) == self.digest
+        })
+    }
+}
+
 impl Digest {
     /// The next link: hash of the previous digest and of `record`'s decision, action, outcome and
     /// state after. `record.previous` and `record.digest` are not read.

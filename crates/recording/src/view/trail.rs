@@ -1,6 +1,7 @@
 //! The way that a robot has come, in a bounded number of points.
 
-use contract::{Brief, Flight, Record};
+use contract::{Branch, Brief, Detail, Flight, Record};
+use report::way;
 
 use super::middle;
 use super::point_cloud::Point;
@@ -14,10 +15,41 @@ const FLIGHT_POINTS: u32 = 12;
 /// Most points of a straight way from cell to cell.
 const STRAIGHT_POINTS_MAX: f64 = 256.0;
 
+/// Points of a stretch that a body rolled.
+const ROLL_POINTS: u32 = 6;
+
+/// What a point of the way shows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Ink {
+    /// A hop that ended where it was aimed.
+    AsAimed,
+    /// A hop that did not.
+    Strayed,
+    /// Where the body rolled.
+    Rolled { strayed: bool },
+    /// Where it hit the ground.
+    Impact { strayed: bool },
+}
+
+impl Ink {
+    fn of_flight(strayed: bool) -> Self {
+        if strayed { Ink::Strayed } else { Ink::AsAimed }
+    }
+
+    /// Whether the decision did not end where it was aimed.
+    pub fn has_strayed(self) -> bool {
+        match self {
+            Ink::AsAimed => false,
+            Ink::Strayed => true,
+            Ink::Rolled { strayed } | Ink::Impact { strayed } => strayed,
+        }
+    }
+}
+
 /// Points along the way of one robot.
 #[derive(Clone, Debug)]
 pub(super) struct Trail {
-    points: Vec<(Point, bool)>,
+    points: Vec<(Point, Ink)>,
     /// Every so many of the points passed are kept.
     stride: u64,
     passed: u64,
@@ -30,8 +62,8 @@ impl Default for Trail {
 }
 
 impl Trail {
-    /// The points, each with whether the robot strayed there.
-    pub fn points(&self) -> &[(Point, bool)] {
+    /// The points, each with what it shows.
+    pub fn points(&self) -> &[(Point, Ink)] {
         &self.points
     }
 
@@ -43,9 +75,9 @@ impl Trail {
         }
         let to = middle(brief, outcome.to, record.pose.height_m);
         let from = middle(brief, outcome.from, record.pose.height_m - outcome.flight.rise_m);
-        let strayed = outcome.branch != contract::Branch::Intended;
+        let ink = Ink::of_flight(outcome.branch != Branch::Intended);
         if self.passed == 0 {
-            self.push(from, strayed);
+            self.push(from, ink);
         }
         let flies = outcome.flight.apex_height_m > 0.0;
         if flies {
@@ -54,7 +86,7 @@ impl Trail {
             for flight in 0..flights {
                 let share = |n: u32| f64::from(n) / f64::from(flights);
                 for point in arc(along(share(flight)), along(share(flight + 1)), &outcome.flight) {
-                    self.push(point, strayed);
+                    self.push(point, ink);
                 }
             }
         } else {
@@ -62,12 +94,33 @@ impl Trail {
             let cells = (libm::hypot(dx, dy) / brief.grid.cell_size_m * 2.0).ceil();
             let count = cells.clamp(1.0, STRAIGHT_POINTS_MAX) as u32;
             for n in 1..=count {
-                self.push(between(from, to, f64::from(n) / f64::from(count)), strayed);
+                self.push(between(from, to, f64::from(n) / f64::from(count)), ink);
             }
         }
     }
 
-    fn push(&mut self, point: Point, strayed: bool) {
+    /// Adds the way of a hop as the motion model told it: its flights, where it hit and where it rolled.
+    pub fn add_way(&mut self, record: &Record, detail: &Detail) {
+        let strayed = !matches!(record.outcome.branch, Branch::Intended | Branch::Held);
+        let point = |[x, y, z]: [f64; 3]| Point { x, y, z };
+        for stretch in way::stretches(detail) {
+            let flies = stretch.launch_mps.is_some();
+            let (count, ink) = match flies {
+                true => (FLIGHT_POINTS, Ink::of_flight(strayed)),
+                false => (ROLL_POINTS, Ink::Rolled { strayed }),
+            };
+            if self.passed == 0 {
+                self.push(point(stretch.from_m), ink);
+            }
+            for n in 1..=count {
+                let ends_in_impact = n == count && !stretch.is_last;
+                let ink = if ends_in_impact { Ink::Impact { strayed } } else { ink };
+                self.push(point(stretch.at(f64::from(n) / f64::from(count))), ink);
+            }
+        }
+    }
+
+    fn push(&mut self, point: Point, ink: Ink) {
         if self.passed.is_multiple_of(self.stride) {
             if self.points.len() == POINTS_MAX {
                 let mut is_kept = false;
@@ -77,7 +130,7 @@ impl Trail {
                 });
                 self.stride = self.stride.saturating_mul(2);
             }
-            self.points.push((point, strayed));
+            self.points.push((point, ink));
         }
         self.passed = self.passed.saturating_add(1);
     }
@@ -123,7 +176,7 @@ mod tests {
         let mut trail = Trail::default();
         let count = 10 * POINTS_MAX as u32;
         for n in 0..count {
-            trail.push(Point { x: f64::from(n), ..Point::default() }, false);
+            trail.push(Point { x: f64::from(n), ..Point::default() }, Ink::AsAimed);
         }
         let xs: Vec<f64> = trail.points().iter().map(|(point, _)| point.x).collect();
         assert!(xs.len() <= POINTS_MAX && xs.len() > POINTS_MAX / 4, "{}", xs.len());

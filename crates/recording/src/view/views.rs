@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 
 use contract::{
-    Account, Announcement, Brief, Cell, MonotonicNs, ObservedMap, Policy, PriorCell, Record, RobotId, Route,
-    State, Team, Waypoint,
+    Account, Announcement, Brief, Cell, Detail, MonotonicNs, ObservedMap, Policy, PriorCell, Record, RobotId,
+    Route, State, Team, Waypoint,
 };
 use prost::Message as _;
 use report::Layer;
@@ -13,7 +13,7 @@ use report::layers::{Look, Value};
 
 use super::point_cloud::{Cloud, Point};
 use super::speeds::Speeds;
-use super::trail::{Trail, between};
+use super::trail::{Ink, Trail, between};
 use super::{FRAME, arrows, ground, markers, middle, stamp, unturned, values};
 use crate::Channel;
 use crate::proto::foxglove::{FrameTransform, FrameTransforms, Vector3};
@@ -122,10 +122,14 @@ impl Views {
         self.plan.has_changed = true;
     }
 
-    /// An executed decision, in the order of the decisions.
-    pub fn record(&mut self, record: &Record) {
+    /// An executed decision, in the order of the decisions, with what the motion model told of it.
+    pub fn record(&mut self, record: &Record, detail: Option<&Detail>) {
         let Some(brief) = &self.brief else { return };
-        self.trails.entry(record.robot).or_default().add(brief, record);
+        let trail = self.trails.entry(record.robot).or_default();
+        match detail {
+            Some(detail) => trail.add_way(record, detail),
+            None => trail.add(brief, record),
+        }
         self.route.has_changed = true;
     }
 
@@ -140,6 +144,21 @@ impl Views {
         let place = exact.map_or(place, |exact| Point { z: place.z, ..exact });
         self.places.insert(state.robot, place);
         (self.here, self.visits) = (state.pose.cell, state.visits);
+        self.placed(brief, state)
+    }
+
+    /// Where exactly the robot of a state rests, metres.
+    pub fn rest(&mut self, state: &State, [x, y, z]: [f64; 3]) -> Vec<ViewMessage> {
+        let Some(brief) = &self.brief else { return Vec::new() };
+        if !brief.grid.contains(state.pose.cell) {
+            return Vec::new();
+        }
+        self.places.insert(state.robot, Point { x, y, z });
+        self.placed(brief, state)
+    }
+
+    /// Where the robots are.
+    fn placed(&self, brief: &Brief, state: &State) -> Vec<ViewMessage> {
         vec![
             (Channel::ViewTransforms, self.transforms(state.published).encode_to_vec(), state.published),
             (Channel::ViewRobots, self.robots(brief, state.published), state.published),
@@ -250,9 +269,14 @@ impl Views {
         for (robot, trail) in &self.trails {
             let colours = colour::ROBOTS[usize::from(robot.0) % colour::ROBOTS.len()];
             let own = if self.trails.len() == 1 { colour::rgb(colour::ROUTE) } else { colours };
-            for (point, strayed) in trail.points() {
-                let shade = if *strayed { colour::rgb(colour::STRAY) } else { own };
-                cloud.push_with(*point, shade, [robot.0.min(255) as u8, u8::from(*strayed)]);
+            for (point, ink) in trail.points() {
+                let shade = match ink {
+                    Ink::AsAimed => own,
+                    Ink::Strayed => colour::rgb(colour::STRAY),
+                    Ink::Rolled { .. } => colour::rgb(colour::ROLLED),
+                    Ink::Impact { .. } => colour::rgb(colour::IMPACT),
+                };
+                cloud.push_with(*point, shade, [robot.0.min(255) as u8, u8::from(ink.has_strayed())]);
             }
         }
         cloud.into_message(now).encode_to_vec()

@@ -1,13 +1,14 @@
 //! The legend of a picture.
 
-use contract::{Branch, Direction};
+use contract::{Branch, Detail, Direction};
 
 use super::mission::{Picture, is_slip};
 use super::quiver::arrow;
 use super::svg_writer::{Number, SvgWriter};
-use super::symbols::{TreasureState, dot, goal, hopper, start, treasure};
+use super::symbols::{TreasureState, dot, goal, hopper, impact, start, treasure};
 use super::tile_map::{Tile, TileMap};
 use crate::colour;
+use crate::way;
 
 const ENTRY_WIDTH: f64 = 228.0;
 const ENTRY_HEIGHT: f64 = 25.0;
@@ -59,6 +60,17 @@ pub fn entries(picture: &Picture<'_>, tiles: &TileMap) -> Vec<Entry> {
     }
     if took(|branch| branch == Branch::Stayed) {
         entries.push(entry("stray hop, got nowhere", |x, y| dot(x, y, 6.0, "#fff", colour::STRAY)));
+    }
+    let ways = picture.route.iter().filter_map(|record| picture.detail(record));
+    let ways: Vec<&Detail> = ways.collect();
+    if ways.iter().any(|detail| way::impacts(detail).next().is_some()) {
+        entries.push(entry("impact", |x, y| {
+            let (diamond, rim) = (impact(x, y, 5.0), colour::DARK);
+            format!("<path fill=\"{}\" stroke=\"{rim}\" d=\"{diamond}\"/>", colour::IMPACT)
+        }));
+    }
+    if ways.iter().any(|detail| way::stretches(detail).iter().any(|way| way.launch_mps.is_none())) {
+        entries.push(entry("rolled", |x, y| stroke(x, y, colour::ROLLED, "")));
     }
     entries.extend(robot_entries(picture).skip(1));
     entries.extend(ground_entries(tiles));

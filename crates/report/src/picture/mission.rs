@@ -4,8 +4,8 @@ use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
 use contract::{
-    Account, Action, Branch, Brief, Cell, Decision, Direction, Ground, ObservedMap, PolicyCell, Range,
-    Record, RobotId, Route,
+    Account, Action, Branch, Brief, Cell, Decision, Detail, Direction, Ground, ObservedMap, PolicyCell,
+    Range, Record, RobotId, Route, Waypoint,
 };
 
 use super::frame::{Frame, SHADES};
@@ -17,6 +17,7 @@ use super::tile_map::TileMap;
 use crate::colour;
 use crate::layers::{Look, Value};
 use crate::phrases::{EndSentence, TeamEffort, counted, planners_in_order, planners_of_team};
+use crate::way::{self, Stretch};
 use crate::{Ending, Layer, ReportError};
 
 /// Smallest distance of two policy arrows, as a share of the plot's longer side.
@@ -49,6 +50,8 @@ pub struct Picture<'a> {
     pub speeds: &'a [[f64; 2]],
     /// The routes that robots announced, in any order.
     pub announced: &'a [Route],
+    /// What the motion model told of decisions, in their order; empty under the law.
+    pub details: &'a [(Decision, Detail)],
 }
 
 impl Picture<'_> {
@@ -219,6 +222,52 @@ impl Picture<'_> {
         svg.close("g");
     }
 
+    /// What the motion model told of a decision.
+    pub(super) fn detail(&self, record: &Record) -> Option<&Detail> {
+        let place = self.details.binary_search_by_key(&record.decision, |(decision, _)| *decision).ok()?;
+        Some(&self.details[place].1)
+    }
+
+    /// Where the decision left its robot, in the document: exactly where that is told, else the middle of its cell.
+    pub(super) fn place(&self, frame: &Frame, record: &Record) -> (f64, f64) {
+        let cell = record.pose.cell;
+        match self.detail(record) {
+            Some(Detail { rest_m: [x_m, y_m, _], .. }) if self.brief.grid.contains(cell) => {
+                self.at(frame, Waypoint { x_m: *x_m, y_m: *y_m })
+            }
+            _ => frame.centre(cell),
+        }
+    }
+
+    /// Draws what rolled, and where bodies hit the ground.
+    fn ways(&self, svg: &mut SvgWriter, frame: &Frame, breadth: f64) {
+        let (mut rolled, mut hits) = (String::new(), String::new());
+        let size = (frame.pitch * 0.09).clamp(2.4, 5.0);
+        for detail in self.hopper_route().filter_map(|record| self.detail(record)) {
+            for stretch in way::stretches(detail).iter().filter(|stretch| stretch.launch_mps.is_none()) {
+                rolled += &self.stroke(frame, stretch);
+            }
+            for [x_m, y_m, _] in way::impacts(detail) {
+                let (x, y) = self.at(frame, Waypoint { x_m, y_m });
+                hits += &symbols::impact(x, y, size);
+            }
+        }
+        let line = "fill=\"none\" stroke-linecap=\"round\"";
+        svg.path(
+            &rolled,
+            &format!("{line} stroke=\"{}\" stroke-width=\"{}\"", colour::ROLLED, Number(breadth)),
+        );
+        let rim = format!("stroke=\"{}\" stroke-width=\"1\"", colour::DARK);
+        svg.path(&hits, &format!("class=\"impacts\" fill=\"{}\" {rim}", colour::IMPACT));
+    }
+
+    /// A stretch of a way on the ground.
+    fn stroke(&self, frame: &Frame, stretch: &Stretch) -> String {
+        let end = |[x_m, y_m, _]: [f64; 3]| self.at(frame, Waypoint { x_m, y_m });
+        let ((x, y), (to_x, to_y)) = (end(stretch.from_m), end(stretch.to_m));
+        format!("M{} {}L{} {}", Number(x), Number(y), Number(to_x), Number(to_y))
+    }
+
     /// Draws the route: one line for hops as intended, one for stray hops, rings where the hopper stayed.
     fn route_lines(&self, svg: &mut SvgWriter, frame: &Frame) {
         let breadth = (frame.pitch * 0.16).clamp(2.4, 5.0);
@@ -239,15 +288,15 @@ impl Picture<'_> {
             false => String::new(),
         };
         svg.path(&stray, &line(colour::STRAY, breadth, &dashes));
-        let stuck: BTreeSet<Cell> = self
-            .hopper_route()
-            .filter(|record| record.outcome.branch == Branch::Stayed)
-            .map(|record| record.outcome.from)
-            .collect();
+        self.ways(svg, frame, breadth);
+        let stayed = self.hopper_route().filter(|record| record.outcome.branch == Branch::Stayed);
+        let (told, untold): (Vec<&Record>, Vec<&Record>) =
+            stayed.partition(|record| self.detail(record).is_some());
+        let stuck: BTreeSet<Cell> = untold.iter().map(|record| record.outcome.from).collect();
+        let stuck = stuck.into_iter().map(|cell| frame.centre(cell));
         let radius = (frame.pitch * 0.24).clamp(2.6, 8.0);
         let (radius, rim) = (Number(radius), Number((radius * 0.4).min(2.4)));
-        for cell in stuck {
-            let (x, y) = frame.centre(cell);
+        for (x, y) in stuck.chain(told.iter().map(|record| self.place(frame, record))) {
             svg.raw(&format!(
                 "<circle cx=\"{}\" cy=\"{}\" r=\"{radius}\" fill=\"#fff\" stroke=\"{}\" stroke-width=\"{rim}\"/>",
                 Number(x),
@@ -261,22 +310,27 @@ impl Picture<'_> {
     fn hop_numbers(&self, svg: &mut SvgWriter, frame: &Frame) {
         let tenth = |record: &&Record| (record.decision.0 + 1).is_multiple_of(10);
         for record in self.hopper_route().filter(tenth) {
-            let (x, y) = frame.centre(record.pose.cell);
+            let (x, y) = self.place(frame, record);
             let number = (record.decision.0 + 1).to_string();
             let attributes = "font-size=\"13\" stroke=\"#fff\" stroke-width=\"3\" paint-order=\"stroke\"";
             svg.text(x + 5.0, y - 5.0, attributes, &number);
         }
     }
 
-    /// Path over the hops whose branch is `wanted`; hops between the same two cells are drawn once.
+    /// Path over the hops whose branch is `wanted`; hops between the same two cells are drawn once, but for those whose way is told.
     fn line(&self, frame: &Frame, wanted: impl Fn(Branch) -> bool) -> String {
         let mut path = String::new();
         let mut drawn = BTreeSet::new();
         let mut pen = None;
-        for outcome in
-            self.hopper_route().map(|record| record.outcome).filter(|outcome| wanted(outcome.branch))
-        {
-            let (from, to) = (outcome.from, outcome.to);
+        for record in self.hopper_route().filter(|record| wanted(record.outcome.branch)) {
+            if let Some(detail) = self.detail(record) {
+                let stretches = way::stretches(detail);
+                let flights = stretches.iter().filter(|stretch| stretch.launch_mps.is_some());
+                flights.for_each(|stretch| path += &self.stroke(frame, stretch));
+                pen = None;
+                continue;
+            }
+            let (from, to) = (record.outcome.from, record.outcome.to);
             if !drawn.insert((from.min(to), from.max(to))) {
                 continue;
             }
@@ -303,10 +357,10 @@ impl Picture<'_> {
 
     /// Draws start, goals, treasures, and the hopper with its sensing disc.
     fn markers(&self, svg: &mut SvgWriter, frame: &Frame) {
-        let here = self.position();
+        let here = self.route.last().map_or(frame.centre(self.start()), |last| self.place(frame, last));
         let size = (frame.pitch * 0.3).clamp(6.0, 10.0);
         if let Some(radius_m) = self.sensing_radius_m {
-            let (x, y) = frame.centre(here);
+            let (x, y) = here;
             let radius = Number(radius_m / self.brief.grid.cell_size_m * frame.pitch);
             svg.open("g", &format!("clip-path=\"url(#{})\"", frame.id("plot")));
             for (colour, width, dash) in [("#fff", 3.2, ""), ("#111", 1.4, " stroke-dasharray=\"5 4\"")] {
@@ -328,7 +382,7 @@ impl Picture<'_> {
             let (x, y) = frame.centre(goal);
             svg.raw(&symbols::goal(x, y, size));
         }
-        let (x, y) = frame.centre(here);
+        let (x, y) = here;
         svg.raw(&symbols::hopper(x, y, size * 0.62));
     }
 

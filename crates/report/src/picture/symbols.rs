@@ -30,6 +30,12 @@ pub fn dot(x: f64, y: f64, size: f64, fill: &str, stroke: &str) -> String {
     )
 }
 
+/// Path of the symbol of an impact: a diamond.
+pub fn impact(x: f64, y: f64, size: f64) -> String {
+    let (across, back) = (Number(size), Number(-size));
+    format!("M{} {}l{across} {across}l{back} {across}l{back} {back}z", Number(x), Number(y - size))
+}
+
 /// Symbol of a goal: a red star instead of P23's red dot, so that the shape differs too; with a dark rim around the white one,
 /// since neither red nor white stands out on ground of middling height.
 pub fn goal(x: f64, y: f64, size: f64) -> String {

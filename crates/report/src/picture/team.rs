@@ -105,7 +105,7 @@ impl Picture<'_> {
     }
 
     /// A place of the map in the document.
-    fn at(&self, frame: &Frame, place: Waypoint) -> (f64, f64) {
+    pub(super) fn at(&self, frame: &Frame, place: Waypoint) -> (f64, f64) {
         let scale = frame.pitch / self.brief.grid.cell_size_m;
         (frame.left + place.x_m * scale, frame.top + frame.height - place.y_m * scale)
     }

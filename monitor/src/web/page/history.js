@@ -1,9 +1,14 @@
 // The page's history of the mission, from the monitor's frames.
 
+import { Way } from "./way.js";
+
 export const UNSEEN = 0xffffffff;
 
 /** Hops that are kept, as by the monitor; of a longer mission the last. */
 const HOPS_KEPT = 65536;
+
+/** Ways of hops that are kept, as by the monitor. */
+const WAYS_KEPT = 16384;
 
 const STRAY = new Set(["stayed", "left", "right", "elsewhere", "rolled_away"]);
 
@@ -36,6 +41,8 @@ export class MissionHistory {
     this.marks = [];
     this.collections = [];
     this.routes = [];
+    this.ways = new Map();
+    this.waysKnown = 0;
   }
 
   /** A mission begins, or this page begins to hear of it. */
@@ -69,6 +76,9 @@ export class MissionHistory {
     this.leaders = [];
     this.marks = [];
     this.collections = [];
+    /** What the motion model told of hops, by decision; and how often something was added. */
+    this.ways = new Map();
+    this.waysKnown = 0;
     this.policy = null;
     this.status = null;
   }
@@ -92,6 +102,35 @@ export class MissionHistory {
     }
     this.leaders.push(...leaders);
     this.certify();
+  }
+
+  /** What the motion model told of hops. */
+  addDetails({ rows, figures }) {
+    for (const row of rows) {
+      this.ways.set(row.decision, new Way(row, figures[row.detail.model], this.mission.grid.cell_size_m));
+      if (this.ways.size > WAYS_KEPT) this.ways.delete(this.ways.keys().next().value);
+    }
+    this.waysKnown += rows.length;
+  }
+
+  /** The way of a hop; `null` where the motion model tells none. */
+  wayOf(hop) {
+    return (hop && this.ways.get(hop.decision)) ?? null;
+  }
+
+  /** Where a hop was aimed, in cells from its departure: by where it landed, or else by how it was launched; null if that tells nothing. */
+  aimOf(hop) {
+    if (!hop) return null;
+    const step = this.wayOf(hop)?.step;
+    const cells = this.mission.grid.hop_cells;
+    return step ? step.map((one) => one * cells) : hop.aim;
+  }
+
+  /** Where robot 0 rests at a moment, in cells from the south-western corner: exactly where that is told, else the middle of its cell. */
+  place(at) {
+    const [x, y] = this.pose(at).cell;
+    const way = this.wayOf(this.hopperHopBefore(at));
+    return way && this.inside([x, y]) ? way.rest : [x + 0.5, y + 0.5];
   }
 
   /** Expected speeds of the next cells: new distributions, then pairs of a distribution's number and how many cells have it. */
@@ -212,12 +251,13 @@ export class MissionHistory {
     const isNow = at >= this.due;
     return Array.from({ length: this.robots }, (_, robot) => {
       const member = members[robot];
-      if (isNow && member) return { cell: [member.at.cell.x, member.at.cell.y], standing: member.standing };
       const index = this.hops.slice(0, Math.max(at - this.first, 0)).findLastIndex((hop) => hop.robot === robot);
+      const rest = this.wayOf(this.hops[index])?.rest;
+      if (isNow && member) return { cell: [member.at.cell.x, member.at.cell.y], rest, standing: member.standing };
       const later = this.hops.find((hop) => hop.robot === robot);
       const cell = index >= 0 ? this.hops[index].to : later ? later.from : member ? [member.at.cell.x, member.at.cell.y] : null;
       const acts = this.hops.some((hop) => hop.robot === robot && hop.decision >= at);
-      return { cell, standing: acts ? "active" : (member?.standing ?? "active") };
+      return { cell, rest, standing: acts ? "active" : (member?.standing ?? "active") };
     });
   }
 

@@ -30,6 +30,9 @@ const STRAYED = {
   elsewhere: "stray hop, came to rest on another cell", rolled_away: "the hopper did not come to rest",
 };
 
+/** A way that takes longer is shown in time lapse. */
+const WAY_MAX_MS = 12000;
+
 /** Hops that follow each other faster are not shown in flight. */
 const FLIGHT_GAP_MS = 80;
 
@@ -99,6 +102,7 @@ function connect() {
   on("hops", (frame) => history.addHops(frame));
   on("cells", (frame) => history.addCells(frame));
   on("routes", (route) => history.addRoute(route));
+  on("details", (frame) => history.addDetails(frame));
   on("speeds", (frame) => history.addSpeeds(frame));
   on("marks", (marks) => history.marks.push(...marks));
   on("status", (status) => { history.status = status; });
@@ -436,8 +440,34 @@ function fly(at) {
   if (at === view.shownAt) return;
   const now = performance.now();
   const gap = Math.min(now - view.shownSince, 2000);
-  if (at === view.shownAt + 1 && gap >= FLIGHT_GAP_MS && !calm.matches && history.robots === 1) map.launch(at, Math.min(0.75 * gap, 700));
+  if (at === view.shownAt + 1 && gap >= FLIGHT_GAP_MS && !calm.matches && history.robots === 1) {
+    const squeezed = Math.min(0.75 * gap, 700);
+    map.launch(at, (way) => (way ? wayMs(way, 0.75 * gap) : squeezed));
+  }
   [view.shownAt, view.shownSince] = [at, now];
+}
+
+/** How long the way of a hop is shown: as long as it took, or so many times faster as landings are paced; in time lapse where hops follow each
+ * other faster, or it took too long. */
+function wayMs(way, gapMs) {
+  const pace = history.status?.tempo?.pace ?? "";
+  const times = isLive() ? Number(/^([\d.]+)x$/.exec(pace)?.[1] ?? 1) : 1;
+  const isPacedByTime = isLive() && /^(real|[\d.]+x)$/.test(pace);
+  const isFollowed = !isPacedByTime && (isLive() || view.replay);
+  return Math.min((1000 * way.seconds) / times, WAY_MAX_MS, isFollowed ? gapMs : Infinity);
+}
+
+/** How far the hop in flight is, in words. */
+function flightNote(at) {
+  const flight = map.flightAt(at);
+  if (!flight?.way) return "";
+  const { way, share, ms } = flight;
+  const times = (1000 * way.seconds) / ms;
+  return `${(share * way.seconds).toFixed(1)} of ${way.seconds.toFixed(1)} s${times > 1.05 || times < 0.95 ? `, ${times.toPrecision(2)} ×` : ""}`;
+}
+
+function showReadout(at) {
+  put("readout", [flightNote(at), view.space ? `heights ×${(space.raised ?? 1).toFixed(1)}` : map.reading(at)].filter(Boolean).join(" · "));
 }
 
 function show() {
@@ -446,7 +476,10 @@ function show() {
     // Only the eye has moved, or a hop is in flight: nothing else of the page changes.
     const draws = view.turned && view.space && history.mission;
     view.turned = false;
-    if (draws) space.draw(moment(), map.policyAt(moment()));
+    if (draws) {
+      space.draw(moment(), map.policyAt(moment()));
+      showReadout(moment());
+    }
     return;
   }
   [view.dirty, view.turned] = [false, false];
@@ -459,7 +492,7 @@ function show() {
   map.update(isLive() ? Infinity : at);
   if (view.space) space.draw(at, map.policyAt(at));
   else map.draw(at);
-  put("readout", view.space ? `heights ×${(space.raised ?? 1).toFixed(1)}` : map.reading(at));
+  showReadout(at);
   put("policy-note", policyNote(at));
   by("policy-note").classList.toggle("warn", policyNote(at).startsWith("⚠"));
   by("value-key").hidden = !map.options.values;
@@ -471,6 +504,7 @@ function show() {
   const digits = high - low < 1 ? 2 : high - low < 20 ? 1 : 0;
   put("low", (low || 0).toFixed(digits).replace("-", "−"));
   put("high", high.toFixed(digits).replace("-", "−"));
+  for (const key of document.querySelectorAll(".way-key")) key.hidden = history.ways.size === 0;
   for (const key of document.querySelectorAll(".route-key")) key.hidden = history.routes.length === 0;
   showHead(at);
   showFigures(at);

@@ -2,9 +2,10 @@
 
 import { contours } from "./contours.js";
 import { UNSEEN } from "./history.js";
-import { BLOCKED, COLLECTED, DARK, GOAL, GROUND, HOPPER, LIGHT, ROUTE, SAND, START, STRAY, TREASURE, VALUES, ramp } from "./palette.js";
+import { BLOCKED, COLLECTED, DARK, GOAL, GROUND, HOPPER, IMPACT, LIGHT, ROLLED, ROUTE, SAND, START, STRAY, TREASURE, VALUES, ramp } from "./palette.js";
 import { fitted } from "./scale.js";
 import { colour, isStark } from "./theme.js";
+import { placeOn } from "./way.js";
 import { STALE_HOPS } from "./why.js";
 
 /** About as many cells are in sight while the hopper is followed from afar. */
@@ -78,7 +79,7 @@ export class MapView {
   }
 
   forgetRoute() {
-    this.route = { path: new Path2D(), stray: new Path2D(), crosses: [], stuck: [], first: 0, from: 0, until: 0, at: -1 };
+    this.route = { path: new Path2D(), stray: new Path2D(), rolled: new Path2D(), crosses: [], stuck: [], impacts: [], first: 0, from: 0, until: 0, at: -1, ways: 0 };
   }
 
   /** Fits the range that is shaded to the heights seen, with some room, so that it is seldom fitted again. */
@@ -468,22 +469,28 @@ export class MapView {
     return Math.hypot(a[0] - b[0], a[1] - b[1]) * this.history.mission.grid.cell_size_m;
   }
 
-  /** Starts to show the hop that led to `at` in flight. */
-  launch(at, ms) {
+  /** Starts to show the hop that led to `at` in flight; `lastsMs` says for how long, of its way or of none. */
+  launch(at, lastsMs) {
     const hop = this.history.hopBefore(at);
     if (!hop || hop.branch === "held") return;
-    this.flight = { at, began: performance.now(), ms };
+    const way = this.history.wayOf(hop);
+    this.flight = { at, began: performance.now(), way, lastsMs, ms: lastsMs(way) };
   }
 
   /** The flight that is under way at a moment, with its share, 0 to 1. */
   flightAt(at) {
     if (!this.flight || this.flight.at !== at) return null;
-    const share = (performance.now() - this.flight.began) / this.flight.ms;
-    if (share >= 1) {
+    const { flight, history } = this;
+    const hop = history.hopBefore(at);
+    // Its way may become known a moment later than the hop: then it begins again, as it was.
+    const way = history.wayOf(hop);
+    if (way !== flight.way) Object.assign(flight, { way, began: performance.now(), ms: flight.lastsMs(way) });
+    const share = (performance.now() - flight.began) / flight.ms;
+    if (!(share < 1)) {
       this.flight = null;
       return null;
     }
-    return { hop: this.history.hopBefore(at), share };
+    return { hop, way, share, ms: flight.ms };
   }
 
   /** The policy, if the planner in command at a moment is the one that made it. */
@@ -674,15 +681,20 @@ export class MapView {
   routeUntil(at) {
     const { history } = this;
     const from = history.routeFrom(at);
-    if (at < this.route.at || this.route.first !== history.first || this.route.from !== from) {
+    if (at < this.route.at || this.route.first !== history.first || this.route.from !== from || this.route.ways !== history.waysKnown) {
       this.forgetRoute();
-      Object.assign(this.route, { first: history.first, from, until: from });
+      Object.assign(this.route, { first: history.first, from, until: from, ways: history.waysKnown });
     }
     const { route } = this;
     const y = (cell) => history.height - 0.5 - cell[1];
     for (; route.until < history.hops.length && history.first + route.until < at; route.until += 1) {
       const hop = history.hops[route.until];
       if (hop.robot > 0) continue;
+      const way = history.wayOf(hop);
+      if (way) {
+        this.addWay(route, hop, way);
+        continue;
+      }
       if (hop.branch === "stayed") route.stuck.push(hop.from);
       if (hop.branch === "stayed" || hop.branch === "held") continue;
       const path = hop.stray ? route.stray : route.path;
@@ -692,6 +704,36 @@ export class MapView {
     }
     route.at = at;
     return route;
+  }
+
+  /** The way of a hop on the ground: below its flights, and where it hit and rolled. */
+  addWay(route, hop, way) {
+    const { height } = this.history;
+    const middle = ([x, y]) => [x - 0.5, y - 0.5];
+    if (hop.branch === "stayed") route.stuck.push(middle(way.rest));
+    else if (hop.stray) route.crosses.push(middle(way.rest));
+    for (const { from, to, climbMps } of way.stretches) {
+      const path = climbMps === null ? route.rolled : hop.stray ? route.stray : route.path;
+      path.moveTo(from[0], height - from[1]);
+      path.lineTo(to[0], height - to[1]);
+    }
+    route.impacts.push(...way.impacts.map(({ at }) => middle(at)));
+  }
+
+  /** Where bodies hit the ground: diamonds. */
+  drawImpacts(context, frame, impacts) {
+    const size = Math.min(Math.max(frame.scale * 0.09, 2.6), 5);
+    context.beginPath();
+    for (const place of impacts) {
+      const [x, y] = this.spot(place, frame);
+      context.moveTo(x, y - size); context.lineTo(x + size, y); context.lineTo(x, y + size); context.lineTo(x - size, y); context.closePath();
+    }
+    context.lineJoin = "miter";
+    context.lineWidth = 2;
+    context.strokeStyle = DARK;
+    context.stroke();
+    context.fillStyle = IMPACT;
+    context.fill();
   }
 
   /** A place of the map in cells from its south-western corner, on the canvas. */
@@ -785,8 +827,10 @@ export class MapView {
       let before = null;
       for (const hop of hops) {
         // A helicopter that is with its rover again has not flown there.
-        if (!before || before[0] !== hop.from[0] || before[1] !== hop.from[1]) context.moveTo(...this.spot(hop.from, frame));
-        context.lineTo(...this.spot(hop.to, frame));
+        const way = history.wayOf(hop);
+        if (!before || before[0] !== hop.from[0] || before[1] !== hop.from[1]) context.moveTo(...(way?.launch ? this.corner(way.launch.at, frame) : this.spot(hop.from, frame)));
+        for (const { at: impact } of way?.impacts ?? []) context.lineTo(...this.corner(impact, frame));
+        context.lineTo(...(way ? this.corner(way.rest, frame) : this.spot(hop.to, frame)));
         before = hop.to;
       }
       context.lineJoin = "round";
@@ -822,8 +866,10 @@ export class MapView {
     const thick = scale > 10 ? 3 : 1.8;
     trace(route.path, casing, thick + 3, []);
     trace(route.stray, casing, thick + 3, []);
+    trace(route.rolled, casing, thick + 3, []);
     trace(route.path, ROUTE, thick, []);
     trace(route.stray, STRAY, thick, [1.4 * thick, 2 * thick]);
+    trace(route.rolled, ROLLED, thick, []);
     const size = Math.min(Math.max(scale * 0.16, 2.5), 5);
     context.strokeStyle = STRAY;
     context.lineWidth = 2;
@@ -839,6 +885,7 @@ export class MapView {
       context.arc(x, y, 1.6 * size, 0, 2 * Math.PI);
     }
     context.stroke();
+    if (scale >= 4) this.drawImpacts(context, frame, route.impacts);
   }
 
   drawMarks(context, frame, at, flight) {
@@ -890,9 +937,9 @@ export class MapView {
       return;
     }
     const hop = flight?.hop ?? history.hopBefore(at);
-    if (hop?.stray && hop.aim && !history.isOver(at)) this.drawAim(context, frame, hop);
+    if (hop?.stray && history.aimOf(hop) && !history.isOver(at)) this.drawAim(context, frame, hop);
     const pose = history.pose(at);
-    let [x, y] = this.spot(pose.cell, frame);
+    let [x, y] = this.corner(history.place(at), frame);
     if (flight) [x, y] = this.drawFlight(context, frame, flight);
     if (history.inside(pose.cell) || flight) symbol(() => context.arc(x, y, size * 0.68, 0, 2 * Math.PI), HOPPER, DARK);
     else {
@@ -904,8 +951,10 @@ export class MapView {
 
   /** Where a stray hop had been aimed. */
   drawAim(context, frame, hop) {
-    const [x, y] = this.spot([hop.from[0] + hop.aim[0], hop.from[1] + hop.aim[1]], frame);
-    const [fromX, fromY] = this.spot(hop.from, frame);
+    const aim = this.history.aimOf(hop);
+    const launch = this.history.wayOf(hop)?.launch;
+    const [x, y] = this.spot([hop.from[0] + aim[0], hop.from[1] + aim[1]], frame);
+    const [fromX, fromY] = launch ? this.corner(launch.at, frame) : this.spot(hop.from, frame);
     const radius = Math.min(Math.max(frame.scale * 0.28, 4), 9);
     context.lineCap = "round";
     for (const [width, ink] of [[3.4, "#ffffffc0"], [1.6, STRAY]]) {
@@ -924,7 +973,8 @@ export class MapView {
   }
 
   /** The arc of a hop, as far as it is flown; returns where the hopper is on it. */
-  drawFlight(context, frame, { hop, share }) {
+  drawFlight(context, frame, { hop, way, share }) {
+    if (way) return this.drawWay(context, frame, hop, way, share * way.seconds);
     const [[fromX, fromY], [toX, toY]] = [this.spot(hop.from, frame), this.spot(hop.to, frame)];
     const reach = Math.max(Math.hypot(toX - fromX, toY - fromY), hop.branch === "stayed" ? frame.scale * 0.6 : 0);
     const along = (part) => [fromX + (toX - fromX) * part, fromY + (toY - fromY) * part - ARC * reach * 4 * part * (1 - part)];
@@ -945,14 +995,47 @@ export class MapView {
     return at;
   }
 
+  /** The way of a hop until so many seconds after its launch; returns where the hopper is on it. */
+  drawWay(context, frame, hop, way, seconds) {
+    const { cell_size_m: cellM } = this.history.mission.grid;
+    const over = ({ place, liftM }) => {
+      const [x, y] = this.corner(place, frame);
+      return [x, y - (liftM / cellM) * frame.scale];
+    };
+    const trace = (stretches, ink) => {
+      context.beginPath();
+      for (const stretch of stretches) {
+        const share = stretch.ends > stretch.begins ? Math.min((seconds - stretch.begins) / (stretch.ends - stretch.begins), 1) : 1;
+        for (let n = 0; n <= 16; n += 1) context[n ? "lineTo" : "moveTo"](...over(placeOn(stretch, (share * n) / 16)));
+      }
+      context.lineCap = "round";
+      for (const [width, stroke] of [[4.5, "#ffffffd0"], [2.4, ink]]) {
+        context.lineWidth = width;
+        context.strokeStyle = stroke;
+        context.stroke();
+      }
+    };
+    const begun = way.stretches.filter(({ begins }) => begins <= seconds);
+    trace(begun.filter(({ climbMps }) => climbMps !== null), hop.stray ? STRAY : ROUTE);
+    trace(begun.filter(({ climbMps }) => climbMps === null), ROLLED);
+    this.drawImpacts(context, frame, way.impacts.filter((impact) => impact.seconds <= seconds).map(({ at: [x, y] }) => [x - 0.5, y - 0.5]));
+    const now = way.at(seconds);
+    const [shadowX, shadowY] = this.corner(now.place, frame);
+    context.beginPath();
+    context.ellipse(shadowX, shadowY, Math.max(frame.scale * 0.2, 4), Math.max(frame.scale * 0.1, 2), 0, 0, 2 * Math.PI);
+    context.fillStyle = "#00000070";
+    context.fill();
+    return over(now);
+  }
+
   /** The robots, each with its colour and number; the one whose turn it is has a ring. */
   drawRobots(context, frame, at, symbol) {
     const { history } = this;
     const size = Math.min(Math.max(frame.scale * 0.42, 8), 14);
     const due = history.turn(at);
-    history.poses(at).forEach(({ cell, standing }, robot) => {
+    history.poses(at).forEach(({ cell, rest, standing }, robot) => {
       if (!cell) return;
-      const [x, y] = this.spot(cell, frame);
+      const [x, y] = rest ? this.corner(rest, frame) : this.spot(cell, frame);
       const fill = ROBOTS[robot % ROBOTS.length];
       if (robot === due) {
         for (const [width, ink] of [[5, LIGHT], [2.4, DARK]]) {

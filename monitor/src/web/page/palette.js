@@ -4,6 +4,9 @@
 export const ROUTE = "#005f8f";
 /** Hops that slipped or stayed. */
 export const STRAY = "#e3000f";
+/** What a body rolled, and where it hit the ground. */
+export const ROLLED = "#6a2fa0";
+export const IMPACT = "#ffffff";
 /** Sand: a tint, and the dots over it. */
 export const SAND = "#7d8288";
 /** Impassable ground. */

@@ -4,11 +4,15 @@
 // draw calls whatever the size of the map: the ground, the lines, the symbols.
 
 import { ROBOTS } from "./map.js";
-import { GOAL, HOPPER, ROUTE, START, STRAY } from "./palette.js";
+import { GOAL, HOPPER, IMPACT, ROLLED, ROUTE, START, STRAY } from "./palette.js";
 import { colour } from "./theme.js";
+import { placeOn } from "./way.js";
 
 /** Hops whose arcs are in the air: the last ones. */
 const ARCS = 600;
+
+/** Impacts that are marked: the last ones. */
+const IMPACTS = 1500;
 
 /** Segments of an arc. */
 const SEGMENTS = 10;
@@ -83,14 +87,16 @@ void main() {
   vec2 at = 2.0 * gl_PointCoord - 1.0;
   float reach = length(at);
   float edge = 0.8;
-  if (form > 0.5) {
+  bool isStar = form > 0.5 && form < 1.5;
+  if (form > 1.5) reach = abs(at.x) + abs(at.y);
+  if (isStar) {
     float turn = atan(at.x, -at.y), part = 1.2566370614;
     float fold = abs(mod(turn + 0.5 * part, part) - 0.5 * part) / (0.5 * part);
     edge = mix(0.86, 0.42, fold);
   }
   if (reach > edge + 0.14) discard;
   // Two rims, so that one of them stands out whatever the ground: a white one in a dark one, or the other way round.
-  vec3 inner = form > 0.5 ? vec3(1.0) : vec3(0.07), outer = form > 0.5 ? vec3(0.07) : vec3(1.0);
+  vec3 inner = isStar ? vec3(1.0) : vec3(0.07), outer = isStar ? vec3(0.07) : vec3(1.0);
   colour = vec4(reach > edge + 0.05 ? outer : reach > edge - 0.06 ? inner : ink.rgb, ink.a);
 }`;
 
@@ -255,7 +261,7 @@ export class SpaceView {
     const view = product(perspective(0.8, wide / Math.max(tall, 1), reach / 50, reach * 4 + span * 2), lookAt(eye, target));
     this.drawn = { calls: 0, triangles: 0 };
     this.drawGround(view, raise);
-    const key = [history.mission.run, at, history.seen, raise, policy?.decision, this.pole(), colour("text")].join();
+    const key = [history.mission.run, at, history.seen, history.waysKnown, raise, policy?.decision, this.pole(), colour("text")].join();
     if (this.lineKey !== key) {
       this.lineKey = key;
       this.segments = this.routeLines(at, raise, policy);
@@ -299,15 +305,38 @@ export class SpaceView {
     return (isSeen ? history.heights[y * history.width + x] : map.range[0]) * raise + above;
   }
 
+  /** A place of a way in space, [x, y] in cells from the south-western corner and metres of height; never below the ground that was seen. */
+  spot([x, y, z], raise, above = 0.12) {
+    const { history, map } = this;
+    const [left, bottom] = [Math.floor(x - 0.5), Math.floor(y - 0.5)];
+    const [right, up] = [x - 0.5 - left, y - 0.5 - bottom];
+    let ground = 0;
+    for (const [dx, dy, share] of [[0, 0, (1 - right) * (1 - up)], [1, 0, right * (1 - up)], [0, 1, (1 - right) * up], [1, 1, right * up]]) {
+      const cell = [left + dx, bottom + dy];
+      const isSeen = history.inside(cell) && history.seenAt[cell[1] * history.width + cell[0]] <= map.shownAt;
+      ground += share * (isSeen ? history.heights[cell[1] * history.width + cell[0]] : z);
+    }
+    return [x - 0.5, y - 0.5, Math.max(z, ground) * raise + above];
+  }
+
   /** Arcs of the last hops, and the route that the policy expects, as segments. */
   routeLines(at, raise, policy) {
     const { history, map } = this;
     const data = [];
     const line = (a, b, paint, width) => data.push(...a, ...b, ...paint, width);
     const until = Math.min(Math.max(at - history.first, 0), history.hops.length);
-    const [straight, stray] = [rgba(ROUTE), rgba(STRAY)];
+    const [straight, stray, rolled] = [rgba(ROUTE), rgba(STRAY), rgba(ROLLED)];
     for (let n = Math.max(until - ARCS, 0); n < until; n += 1) {
       const hop = history.hops[n];
+      const way = history.wayOf(hop);
+      if (way) {
+        for (const stretch of way.stretches) {
+          const ink = stretch.climbMps === null ? rolled : hop.stray ? stray : straight;
+          const points = Array.from({ length: SEGMENTS + 1 }, (_, part) => this.spot(placeOn(stretch, part / SEGMENTS).place, raise));
+          for (let part = 0; part < SEGMENTS; part += 1) line(points[part], points[part + 1], ink, 3);
+        }
+        continue;
+      }
       if (hop.branch === "held" || hop.from[0] === hop.to[0] && hop.from[1] === hop.to[1]) continue;
       const [low, high] = [this.over(hop.from, raise), this.over(hop.to, raise)];
       const rise = 0.5 * Math.hypot(hop.to[0] - hop.from[0], hop.to[1] - hop.from[1]);
@@ -360,14 +389,36 @@ export class SpaceView {
     if (goal) mark(goal, this.pole() + 0.12, GOAL, 30, 1);
     const flight = this.map.flightAt(at);
     const pose = history.pose(at);
-    if (flight) {
+    for (const impact of this.impacts(flight ? at - 1 : at)) data.push(...this.spot(impact, raise), ...rgba(IMPACT), 11 * ratio, 2);
+    if (flight?.way) {
+      const { way, share } = flight;
+      for (const impact of way.impacts) if (impact.seconds <= share * way.seconds) data.push(...this.spot(impact.at, raise), ...rgba(IMPACT), 11 * ratio, 2);
+      data.push(...this.spot(way.at(share * way.seconds).place, raise, 0.25), ...rgba(HOPPER), 18 * ratio, 0);
+      this.onChange();
+    } else if (flight) {
       const { hop, share } = flight;
       const place = [0, 1].map((n) => hop.from[n] + (hop.to[n] - hop.from[n]) * share);
       const height = this.over(hop.from, raise, 0.5) * (1 - share) + this.over(hop.to, raise, 0.5) * share;
       data.push(...place, height + 0.5 * Math.hypot(hop.to[0] - hop.from[0], hop.to[1] - hop.from[1]) * 4 * share * (1 - share), ...rgba(HOPPER), 18 * ratio, 0);
       this.onChange();
-    } else mark(pose.cell, 0.5, HOPPER, 18, 0);
+    } else {
+      const way = history.inside(pose.cell) ? history.wayOf(history.hopperHopBefore(at)) : null;
+      if (way) data.push(...this.spot(way.rest, raise, 0.25), ...rgba(HOPPER), 18 * ratio, 0);
+      else mark(pose.cell, 0.5, HOPPER, 18, 0);
+    }
     return data;
+  }
+
+  /** Where the last hops before a moment hit the ground. */
+  impacts(at) {
+    const { history } = this;
+    const found = [];
+    if (history.ways.size === 0) return found;
+    const until = Math.min(Math.max(at - history.first, 0), history.hops.length);
+    for (let n = until - 1; n >= Math.max(until - ARCS, 0) && found.length < IMPACTS; n -= 1) {
+      found.push(...(history.wayOf(history.hops[n])?.impacts ?? []).map((impact) => impact.at));
+    }
+    return found;
   }
 
   drawMarks(view, data) {

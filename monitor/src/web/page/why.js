@@ -21,9 +21,9 @@ const signed = (value) => (value < 0 ? `−${Math.abs(value).toFixed(2)}` : valu
 const difference = (value) => (value >= 0.01 ? value.toFixed(2) : value.toPrecision(1));
 
 /** The action of a hop by where it was aimed. */
-export function actionOf(hop) {
-  if (!hop?.aim) return null;
-  return Object.keys(STEPS).find((letter) => STEPS[letter][0] === Math.sign(hop.aim[0]) && STEPS[letter][1] === Math.sign(hop.aim[1])) ?? null;
+export function actionOf(aim) {
+  if (!aim) return null;
+  return Object.keys(STEPS).find((letter) => STEPS[letter][0] === Math.sign(aim[0]) && STEPS[letter][1] === Math.sign(aim[1])) ?? null;
 }
 
 export class WhyView {
@@ -84,7 +84,8 @@ export class WhyView {
     const reason = this.answer(subject) ?? (this.last?.key === `${subject.cell}` ? this.last.reason : null);
     if (reason) this.last = { key: `${subject.cell}`, reason };
     const title = this.map.selected ? `Cell (${subject.cell.join(", ")})` : subject.hop ? `This hop` : "Next hop";
-    const text = JSON.stringify([title, subject, reason]);
+    const way = subject.hop ? this.history.wayOf(subject.hop) : null;
+    const text = JSON.stringify([title, subject, reason, way]);
     // While an answer is on its way the one before stays, rather than an empty table.
     if (this.shown === text || !reason && this.asked && this.shown) return;
     this.shown = text;
@@ -96,10 +97,36 @@ export class WhyView {
     root.querySelector("#why-note").textContent = note.text;
     root.querySelector("#why-note").className = note.isStale ? "note warn" : "note";
     this.fill(subject, reason);
+    this.fillWay(subject, way);
+  }
+
+  /** What became of a hop whose motion is physical: told and not believed. */
+  fillWay({ hop }, way) {
+    const list = this.root.querySelector("#why-way");
+    list.hidden = !way?.launch;
+    if (list.hidden) return;
+    const { cell_size_m: size } = this.history.mission.grid;
+    const facts = [["launch", way.speedMps.toFixed(2), `m/s, ${way.angleDeg.toFixed(1)}°`]];
+    const { impacts, rolled_m: rolledM } = way.told;
+    if (impacts !== undefined) facts.push(["impacts", `${impacts}`, impacts > way.impacts.length ? `, ${way.impacts.length} shown` : ""]);
+    if (rolledM !== undefined) facts.push(["rolled", rolledM.toFixed(2), "m"]);
+    if (way.lostJPerKg !== null) facts.push(["energy lost", way.lostJPerKg.toFixed(2), "J/kg"]);
+    facts.push(["took", way.seconds.toPrecision(3), "s"]);
+    const aim = this.history.aimOf(hop);
+    if (aim) facts.push(["from the aim", (size * Math.hypot(way.rest[0] - hop.from[0] - aim[0] - 0.5, way.rest[1] - hop.from[1] - aim[1] - 0.5)).toFixed(2), "m"]);
+    list.replaceChildren(...facts.map(([name, value, unit]) => {
+      const row = document.createElement("div");
+      const [term, fact, small] = ["dt", "dd", "small"].map((tag) => document.createElement(tag));
+      term.textContent = name;
+      small.textContent = unit;
+      fact.append(Object.assign(document.createElement("span"), { textContent: value }), small);
+      row.append(term, fact);
+      return row;
+    }));
   }
 
   sentence({ hop, cell }, reason) {
-    const chosen = hop ? actionOf(hop) : reason?.policy?.action;
+    const chosen = hop ? actionOf(this.history.aimOf(hop)) : reason?.policy?.action;
     const parts = [];
     if (hop) parts.push(this.outcome(hop, chosen, reason));
     else if (!reason) parts.push(this.history.inside(cell) ? "" : "Off the map.");
@@ -117,6 +144,8 @@ export class WhyView {
     const hops = reason?.hops.find((one) => one.action === chosen);
     const chance = (n) => (hops ? `, a chance of ${percent(hops.chances[n])} %` : "");
     const name = chosen ? ACTIONS[chosen][0].toUpperCase() + ACTIONS[chosen].slice(1) : "";
+    const way = this.history.wayOf(hop);
+    if (way && hop.branch !== "held") return this.told(hop, way, name, chance);
     switch (hop.branch) {
       case "intended": return `${name}, landed as aimed${chance(0)}.`;
       case "left": return `${name}, but it slipped to the left${chance(2)}.`;
@@ -128,6 +157,15 @@ export class WhyView {
       case "halted": return "It stopped on its way: the time of the stage was used up.";
       default: return "";
     }
+  }
+
+  /** How a hop ended whose motion is physical, beside what was believed of it. */
+  told(hop, way, name, chance) {
+    const aimed = name ? `${name}: ` : "";
+    const where = { intended: "on the cell it was aimed at", left: "on the cell to the left", right: "on the cell to the right", stayed: "on the cell it had left", elsewhere: "on another cell" }[hop.branch];
+    const place = { intended: 0, stayed: 1, left: 2, right: 3 }[hop.branch];
+    const ending = way.ended === "it came to rest" && where ? `it came to rest ${where}` : way.ended;
+    return `${aimed}${ending}${place === undefined ? "" : chance(place)}.`.replace(/^./, (first) => first.toUpperCase());
   }
 
   /** What the chosen hop is worth beside the next best. */
@@ -152,7 +190,7 @@ export class WhyView {
   }
 
   fill({ hop }, reason) {
-    const chosen = hop ? actionOf(hop) : reason?.policy?.action;
+    const chosen = hop ? actionOf(this.history.aimOf(hop)) : reason?.policy?.action;
     const vetoed = (hop ? hop.vetoed : reason?.vetoed) ?? "";
     const best = Math.max(...(reason?.hops ?? []).map((one) => one.value ?? -Infinity));
     const cell = (text, className = "n") => Object.assign(document.createElement("td"), { textContent: text, className });

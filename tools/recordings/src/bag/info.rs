@@ -3,9 +3,10 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 
-use contract::message::Message as _;
+use contract::message::{Message as _, Request as _};
 use contract::{
-    Action, Announcement, Brief, Command, Decision, Digest, MonotonicNs, Record, RunId, State, Status, Team,
+    Action, Announcement, Brief, Command, Decision, DetailRequest, Digest, MonotonicNs, Record, RunId, State,
+    Status, Team,
 };
 use hopper::stdout::print;
 use node::{Exit, Failure};
@@ -117,6 +118,9 @@ impl Mission {
         self.records.insert(record.decision);
         if !record.origin.is_fallback() {
             self.named.insert(Command::SERVICE.name_of(record.robot));
+        }
+        if !record.detail.is_none() {
+            self.named.insert(DetailRequest::SERVICE.name_of(record.robot));
         }
         if let Action::Announce(_) = record.action {
             self.named.insert(Announcement::SERVICE.name_of(record.robot));
