@@ -116,7 +116,7 @@ impl Pairs {
 /// P-UNSEEN-IDLE: Two truths that agree on everything observed so far lead to the same commands so
 /// far, whatever the planner.
 ///
-/// In both profiles, also with treasures in other places.
+/// In all profiles, with vertical hops and without, also with treasures in other places.
 #[test]
 fn what_has_not_been_seen_changes_no_decision_of_any_planner() {
     for planner in planner::ALGORITHMS {
@@ -152,7 +152,8 @@ fn wide(profile: Profile, seed: u64) -> Mission {
 fn what_has_not_been_seen_changes_no_decision_on_ground_told_in_many_patches() {
     for planner in planner::ALGORITHMS {
         let mut pairs = Pairs::default();
-        for (seed, profile) in (1..=2).flat_map(|seed| Profile::ALL.map(|profile| (seed, profile))) {
+        let profiles = [Profile::Paper2023, Profile::Hopper];
+        for (seed, profile) in (1..=2).flat_map(|seed| profiles.map(|profile| (seed, profile))) {
             let mission = wide(profile, seed);
             let mut first = Observation::unseen(&mission.brief, ROBOT);
             let start = pose_at_start(&mission.brief, &mission.terrain);

@@ -11,6 +11,10 @@
 //! ground that is seen to be impassable. An action whose hazard exceeds [`contract::Guard::hazard_max`] is
 //! vetoed. To stand still is no hazard, and never vetoed.
 //!
+//! A hopper with the vertical hop has one hop towards each direction, or none ([`motion::offers`]), whatever `hazard_max`: a hop at its
+//! launch angle whose arc does not clear the ground is vetoed, and so is a vertical hop where that arc is clear, or where the rise is too
+//! high. All that the arcs pass lies within a hop, so the sensor shows it.
+//!
 //! # What is done at the deadline
 //! Where [`contract::Guard::deadline_ns`] is given and so long after a state's publication no command has
 //! been accepted, the arbiter executes, once for each deadline: the action of the last policy that the
@@ -20,8 +24,9 @@
 
 use contract::{
     Action, Branch, Brief, Cell, Direction, GradientSource, Ground, MotionParameters, Origin, Policy, Pose,
-    Robot, RobotId, SensorParameters,
+    Refusal, Robot, RobotId, SensorParameters,
 };
+use motion::Offer;
 use terrain::{Terrain, differences};
 
 /// The guard at one pose.
@@ -58,10 +63,10 @@ impl<'a> Guard<'a> {
     /// The probability that `action` ends off the map or on ground that is seen to be impassable.
     #[must_use]
     pub fn hazard(&self, action: Action) -> f64 {
-        let Action::Hop(direction) = action else { return 0.0 };
+        let Some(direction) = action.hop() else { return 0.0 };
         let grid = &self.brief.grid;
-        let Some(departure) = self.departure() else { return 0.0 };
-        let scatter = motion::transition(self.motion, &departure, direction);
+        let Some(offer) = self.offered(direction).filter(|offer| offer.action == action) else { return 0.0 };
+        let scatter = offer.scatter();
         [Branch::Intended, Branch::Left, Branch::Right]
             .into_iter()
             .filter(|&branch| self.is_hazard(motion::landing(grid, self.pose.cell, direction, branch)))
@@ -69,17 +74,45 @@ impl<'a> Guard<'a> {
             .sum()
     }
 
-    /// The hazard of `action`, if it is more than the guard lets pass.
+    /// Why the guard does not let `action` pass, if it does not.
     #[must_use]
-    pub fn veto(&self, action: Action) -> Option<f64> {
-        Some(self.hazard(action)).filter(|&hazard| hazard > self.brief.guard.hazard_max)
+    pub fn refusal(&self, action: Action) -> Option<Refusal> {
+        if let Some(need) = self.blocked(action) {
+            return Some(Refusal::Blocked { action, need });
+        }
+        let need = self.brief.guard.hazard_max;
+        let got = Some(self.hazard(action)).filter(|&hazard| hazard > need)?;
+        Some(Refusal::Vetoed { action, need, got })
+    }
+
+    /// What it takes for a hop to be offered that is not.
+    fn blocked(&self, action: Action) -> Option<String> {
+        let direction = action.hop().filter(|_| self.motion.vertical)?;
+        let (departure, offered) = (self.departure()?, self.offered(direction));
+        match (action, offered) {
+            (_, Some(offer)) if offer.action == action => None,
+            (Action::Up(_), Some(_)) => Some("something in the way of a hop at the launch angle".into()),
+            (Action::Up(_), None) => {
+                let launch = motion::vertical_launch(self.motion, &self.brief.grid, departure.soil);
+                Some(format!("a rise below its apex of {:.3} m", launch.apex_height_m()))
+            }
+            _ => Some("an arc that clears the ground".into()),
+        }
+    }
+
+    /// The hop towards `direction` as far as can be seen from here.
+    fn offered(&self, direction: Direction) -> Option<Offer> {
+        let departure = self.departure()?;
+        let height_m = |cell| self.seen(cell).map(|ground| ground.height_m);
+        motion::offers(self.motion, &self.brief.grid, (self.pose.cell, &departure), height_m)
+            [direction as usize]
     }
 
     /// What to do on the way to `goal` if nobody has said anything acceptable for too long; `may` tells of an action whether
     /// other robots let it pass.
     #[must_use]
     pub fn fallback(&self, goal: Cell, policy: Option<&Policy>, may: impl Fn(Action) -> bool) -> Fallback {
-        let may = |action| self.veto(action).is_none() && may(action);
+        let may = |action| self.refusal(action).is_none() && may(action);
         let index = self.brief.grid.index(self.pose.cell);
         let advised = policy.zip(index).and_then(|(policy, index)| policy.cells.get(index));
         // A policy holds where it knows nothing, so holding is no advice.
@@ -88,19 +121,24 @@ impl<'a> Guard<'a> {
             return Fallback { action, origin: Origin::Policy };
         }
         match self.greedy(goal, may) {
-            Some(direction) => Fallback { action: Action::Hop(direction), origin: Origin::Greedy },
+            Some(action) => Fallback { action, origin: Origin::Greedy },
             None => Fallback { action: Action::Hold, origin: Origin::Hold },
         }
     }
 
     /// The hop that is let pass whose aim lies nearest to the goal.
-    fn greedy(&self, goal: Cell, may: impl Fn(Action) -> bool) -> Option<Direction> {
+    fn greedy(&self, goal: Cell, may: impl Fn(Action) -> bool) -> Option<Action> {
         let aim = |direction| self.brief.grid.hop(self.pose.cell, direction);
-        let to_goal_cells = |direction: &Direction| aim(*direction).distance_cells(goal);
-        Direction::ALL
-            .into_iter()
-            .filter(|&direction| may(Action::Hop(direction)) && !self.is_hazard(aim(direction)))
-            .min_by(|a, b| to_goal_cells(a).total_cmp(&to_goal_cells(b)))
+        let to_goal_cells = |direction: Direction| aim(direction).distance_cells(goal);
+        let action = |direction| match self.offered(direction) {
+            Some(offer) => offer.action,
+            None => Action::Hop(direction),
+        };
+        let hops = Direction::ALL.into_iter().map(|direction| (direction, action(direction)));
+        let nearest = hops
+            .filter(|&(direction, action)| may(action) && !self.is_hazard(aim(direction)))
+            .min_by(|(a, _), (b, _)| to_goal_cells(*a).total_cmp(&to_goal_cells(*b)));
+        nearest.map(|(_, action)| action)
     }
 
     /// Whether a landing on `cell` ends the mission, as far as can be seen from here.

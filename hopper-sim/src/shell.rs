@@ -26,7 +26,7 @@ pub struct MissionArgs {
     /// Seed of the hops' scatter [default: 1].
     #[arg(long, allow_negative_numbers = true)]
     pub seed: Option<u64>,
-    /// Reading of the model, instead of the scenario's: paper-2023 or hopper.
+    /// Reading of the model, instead of the scenario's: paper-2023, hopper or paper-2022.
     #[arg(long, value_name = "NAME")]
     pub profile: Option<Profile>,
     /// Where hops end in truth, instead of the scenario's: law, collision or contact.

@@ -41,6 +41,7 @@ pub mod greedy;
 pub mod hold;
 pub mod mdp;
 mod names;
+mod offers;
 mod others;
 pub mod pilot;
 pub mod plan;

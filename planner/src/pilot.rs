@@ -284,7 +284,7 @@ fn among_others(situation: &Situation<'_>, planned: Action) -> Action {
         return action;
     }
     let is_in_vain = match action {
-        Action::Hop(direction) => {
+        Action::Hop(direction) | Action::Up(direction) => {
             let aim = leg.grid.hop(state.pose.cell, direction);
             aim == leg.goal && occupant(brief, team, aim).is_some()
         }
@@ -297,5 +297,5 @@ fn among_others(situation: &Situation<'_>, planned: Action) -> Action {
 fn fits(situation: &Situation<'_>, action: Action) -> bool {
     let due = situation.team.and_then(|team| situation.brief.robots.at(team.due));
     let Some(due) = due else { return true };
-    action == Action::Hold || due.body.hops() == matches!(action, Action::Hop(_))
+    action == Action::Hold || due.body.hops() == action.hop().is_some()
 }

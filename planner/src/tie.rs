@@ -14,14 +14,26 @@ pub(crate) fn first_best(values: [Option<f64>; 4], tolerance: f64) -> Option<Dir
 /// [`first_best`] among the directions that are not vetoed: a vetoed choice is removed, and the choice made again. So the
 /// veto of a direction that would not have been chosen changes nothing.
 pub(crate) fn first_best_allowed(
-    mut values: [Option<f64>; 4],
+    values: [Option<f64>; 4],
     tolerance: f64,
     vetoed: Vetoed,
 ) -> Option<Direction> {
+    let action = first_best_action(&Direction::ALL.map(Action::Hop), values, tolerance, vetoed)?;
+    action.hop()
+}
+
+/// As [`first_best_allowed`], where `actions` are those towards each direction.
+pub(crate) fn first_best_action(
+    actions: &[Action; 4],
+    mut values: [Option<f64>; 4],
+    tolerance: f64,
+    vetoed: Vetoed,
+) -> Option<Action> {
     loop {
         let direction = first_best(values, tolerance)?;
-        if !vetoed.has(Action::Hop(direction)) {
-            return Some(direction);
+        let action = actions[direction as usize];
+        if !vetoed.has(action) {
+            return Some(action);
         }
         values[direction as usize] = None;
     }

@@ -13,7 +13,7 @@ Arrays over a grid are indexed [y, x], row 0 southernmost; cells are pairs (x, y
 learners are in `hopper.gym` and `hopper.pettingzoo`.
 """
 
-from ._action import HOPS, STEPS, Action
+from ._action import HOPS, STEPS, UPS, Action
 from ._flight import Flight, run
 from ._native import Brief, DecideTimeout, HopperError, Map, State, __version__
 from ._process import check, fly
@@ -22,7 +22,7 @@ from ._solver import Solution, World, solve
 
 __all__ = [
     "Action", "Brief", "DecideTimeout", "Flight", "HOPS", "HopperError", "Journal", "Map", "Recording", "STEPS", "Solution",
-    "State", "World", "__version__", "check", "fly", "read_journal", "read_recording", "run", "solve",
+    "State", "UPS", "World", "__version__", "check", "fly", "read_journal", "read_recording", "run", "solve",
 ]
 
 for _public in (Action, Flight, Journal, Recording, Solution, World, check, fly, read_journal, read_recording, run, solve):

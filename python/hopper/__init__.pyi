@@ -27,9 +27,14 @@ class Action(enum.IntEnum):
     STEP_EAST = 6
     STEP_SOUTH = 7
     STEP_WEST = 8
+    UP_NORTH = 14
+    UP_EAST = 15
+    UP_SOUTH = 16
+    UP_WEST = 17
 
 HOPS: tuple[Action, Action, Action, Action]
 STEPS: tuple[Action, Action, Action, Action]
+UPS: tuple[Action, Action, Action, Action]
 
 class Planner(Protocol):
     def decide(self, brief: Brief, map: Map, state: State) -> Action: ...

@@ -87,7 +87,7 @@ def run(scenario=None, planner=None, seed=1, *, profile=None, dem=None, nodata=N
 
     `scenario` is a built-in name or a TOML file; by default "hard", or with `dem` one that fits the elevation model. `planner` is
     the name of a built-in planner for all robots whom it suits, or an object with a method `decide(brief, map, state)`; by
-    default those that the scenario names. `profile` is "paper-2023", "hopper", or None for the scenario's. `dem` is the file of an
+    default those that the scenario names. `profile` is "paper-2023", "hopper", "paper-2022", or None for the scenario's. `dem` is the file of an
     elevation model, in place of the scenario's. `nodata` settles which of its stored values are nodata beside the declared one: a
     number, or several; `[]` for none.
 

@@ -3,8 +3,8 @@
 `gymnasium.make_vec(..., num_envs=N, vectorization_mode="vector_entry_point")` makes a native vector environment. The part
 before the colon imports this module, which registers the environment; after `import hopper.gym` it may be left out.
 
-A step is a decision. Actions are 0 hold, 1 north, 2 east, 3 south, 4 west; what the guard vetoes is a hold. Whatever else is
-given for an action is refused before any mission moves.
+A step is a decision. Actions are 0 hold, 1 north, 2 east, 3 south, 4 west, and, in scenarios with vertical hops, 5 to 8 for those
+north, east, south, west; what the guard vetoes is a hold. Whatever else is given for an action is refused before any mission moves.
 
 An observation is a dictionary of 32-bit floats:
 
@@ -50,9 +50,6 @@ _HEIGHT_MAX_M = 1e6
 
 #: Random seeds of missions are below it.
 _SEEDS = 2**63
-
-#: Hold and four hops.
-_ACTIONS = 5
 
 
 def register():
@@ -107,7 +104,7 @@ class _Missions:
             planes=gymnasium.spaces.Box(low, high, dtype=np.float32),
             numbers=gymnasium.spaces.Box(least, numbers, dtype=np.float32),
         )
-        return observation, gymnasium.spaces.Discrete(_ACTIONS)
+        return observation, gymnasium.spaces.Discrete(self._batch.actions)
 
     def snapshot(self):
         """This moment, to come back to with `restore`."""
@@ -210,7 +207,7 @@ class HopperVectorEnv(_Missions, gymnasium.vector.VectorEnv):
 
     def step(self, actions):
         """Takes an action in each mission; where one is refused, in none."""
-        self._open.step(_actions(actions, self.num_envs), self._rewards, self._ends)
+        self._open.step(_actions(actions, self.num_envs, self._open.actions), self._rewards, self._ends)
         if self.render_mode == "human":
             self.render()
         ends = self._ends
@@ -272,7 +269,7 @@ class HopperEnv(_Missions, gymnasium.Env):
 
     def step(self, action):
         """Takes an action."""
-        actions = _actions([action], 1)
+        actions = _actions([action], 1, self._open.actions)
         info = self._info()
         if not self._begun or info["status"] != "underway":
             raise gymnasium.error.ResetNeeded(f"the mission is {info['status'] if self._begun else 'not begun'}: call reset()")
@@ -313,21 +310,21 @@ class HopperEnv(_Missions, gymnasium.Env):
         return {"seed": seed, "steps": steps, "treasures": treasures, "status": status}
 
 
-def _actions(actions, count):
-    """Codes of an action each; what is no whole number, or not in the action space, is refused."""
+def _actions(actions, count, most):
+    """Numbers of an action each, below `most`; what is no whole number, or not in the action space, is refused."""
     try:
         values = np.asarray(actions)
     except Exception as error:
-        raise HopperError(f"actions need to be whole numbers from 0 to {_ACTIONS - 1}: {error}") from None
+        raise HopperError(f"actions need to be whole numbers from 0 to {most - 1}: {error}") from None
     # In a list NumPy makes numbers of bools.
     mixed = isinstance(actions, (list, tuple)) and any(isinstance(one, (bool, np.bool_)) for one in actions)
     if mixed or np.ma.is_masked(actions) or values.dtype.kind not in "iu":
-        raise HopperError(f"actions need to be whole numbers from 0 to {_ACTIONS - 1}, got {_arguments.told(actions)}")
+        raise HopperError(f"actions need to be whole numbers from 0 to {most - 1}, got {_arguments.told(actions)}")
     if values.shape != (count,):
         raise HopperError(f"{count} missions need an action each, got an array of shape {values.shape}")
-    wrong = (values < 0) | (values >= _ACTIONS)
+    wrong = (values < 0) | (values >= most)
     if wrong.any():
-        raise HopperError(f"an action needs to be 0 to {_ACTIONS - 1}, got {values[wrong][0]}")
+        raise HopperError(f"an action needs to be 0 to {most - 1}, got {values[wrong][0]}")
     return np.ascontiguousarray(values, dtype=np.int64)
 
 

@@ -40,7 +40,10 @@ impl Decider {
     /// Asks for an action. What is raised is passed on; an answer that is no action for this mission is an error.
     pub fn decide(&mut self, py: Python<'_>, brief: Brief, news: &News, state: State) -> PyResult<Action> {
         let due = state.team.as_ref().map_or(RobotId(0), |team| team.due);
-        let hops = brief.brief.robots.at(due).is_some_and(|robot| robot.body.hops());
+        let robot = brief.brief.robots.at(due);
+        let hops = robot.is_some_and(|robot| robot.body.hops());
+        let has_vertical =
+            robot.and_then(|robot| robot.as_hopper()).is_some_and(|(motion, _)| motion.vertical);
         let map = Arrays::update(&mut self.arrays, py, news)?;
         let answer = self.decide.bind(py).call1((brief, map, state))?;
         if !self.warned && self.arrays.as_ref().is_some_and(|arrays| arrays.are_kept(py)) {
@@ -54,6 +57,7 @@ impl Decider {
         let code = number.and_then(Action::from_code).filter(|action| match action {
             Action::Hold => true,
             Action::Hop(_) => hops,
+            Action::Up(_) => has_vertical,
             Action::Step(_) => !hops,
             _ => false,
         });

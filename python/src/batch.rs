@@ -6,11 +6,12 @@
 
 use std::sync::{Arc, Mutex};
 
-use contract::{Action, Brief, Cell, Leg, Status};
+use contract::{Action, Brief, Cell, Direction, Leg, Status};
 use hopper_sim::Mission;
 use pyo3::buffer::{Element, PyBuffer};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use scenario::Dynamics;
 
 use crate::boundary::{guarded, locked};
 use crate::columns::Columns;
@@ -66,8 +67,11 @@ impl Batch {
                 )));
             }
             let (brief, terrain) = (world.brief.clone(), Arc::clone(&world.terrain));
-            let mission =
-                Mission { brief, terrain, seed: 0, dynamics: Default::default(), faults: Vec::new() };
+            let dynamics = match &world.dynamics {
+                checked @ Dynamics::Collision(_) => checked.clone(),
+                Dynamics::Law(_) | Dynamics::Contact(_) => Dynamics::default(),
+            };
+            let mission = Mission { brief, terrain, seed: 0, dynamics, faults: Vec::new() };
             let ground = Arc::new(Ground::new(mission));
             let trials = Mutex::new(vec![Trial::new(&ground); count]);
             Ok(Self { resolved: resolved.unbind(), ground, window, trials })
@@ -85,6 +89,12 @@ impl Batch {
     fn limits(&self) -> (u32, u32, u64) {
         let Brief { grid, limits, .. } = self.ground.brief();
         (grid.width, grid.height, limits.steps_max)
+    }
+
+    /// How many actions there are: hold and four hops, and four vertical hops where the scenario has them.
+    #[getter]
+    fn actions(&self) -> i64 {
+        self.ground.actions()
     }
 
     /// How many missions there are.
@@ -131,7 +141,7 @@ impl Batch {
                 return Err(crate::error(format!("mission {trial} has not begun: call reset() first")));
             }
             let actions: Vec<Action> =
-                actions.iter().map(|code| action(code.get())).collect::<PyResult<_>>()?;
+                actions.iter().map(|number| self.ground.action(number.get())).collect::<PyResult<_>>()?;
             for (index, (trial, action)) in trials.iter_mut().zip(actions).enumerate() {
                 if trial.status.is_over() {
                     trial.begin_next(&self.ground);
@@ -212,8 +222,8 @@ impl Batch {
     /// What makes the missions again: see `restore`.
     fn snapshot(&self) -> Snapshot {
         let past = |trial: &Trial| {
-            let codes = || trial.actions.iter().map(|action| action.code() as u8).collect();
-            trial.begun.then(|| (trial.seed, codes()))
+            let numbers = || trial.actions.iter().map(|action| number(*action)).collect();
+            trial.begun.then(|| (trial.seed, numbers()))
         };
         (self.identity(), locked(&self.trials).iter().map(past).collect())
     }
@@ -281,7 +291,7 @@ impl Batch {
         let Some((seed, codes)) = past else { return Ok(trial) };
         trial.begin(&self.ground, *seed);
         for &code in codes {
-            let action = action(i64::from(code))?;
+            let action = self.ground.action(i64::from(code))?;
             if trial.status.is_over() {
                 return Err(crate::error("a snapshot needs actions until the mission's end, got more"));
             }
@@ -291,12 +301,30 @@ impl Batch {
     }
 }
 
-/// The action of a hopper with that code.
-fn action(code: i64) -> PyResult<Action> {
-    let action = u32::try_from(code).ok().and_then(Action::from_code);
+/// The number of an action in an environment: its code, and 5 to 8 for vertical hops north, east, south, west.
+fn number(action: Action) -> u8 {
     match action {
-        Some(action @ (Action::Hold | Action::Hop(_))) => Ok(action),
-        _ => Err(crate::error(format!("an action needs to be 0 to 4, got {code}"))),
+        Action::Up(direction) => 5 + direction as u8,
+        other => other.code() as u8,
+    }
+}
+
+impl Ground {
+    /// How many actions there are.
+    fn actions(&self) -> i64 {
+        if self.leg().motion.vertical { 9 } else { 5 }
+    }
+
+    /// The action of that number.
+    fn action(&self, number: i64) -> PyResult<Action> {
+        match number {
+            0 => Ok(Action::Hold),
+            1..=4 => Ok(Action::Hop(Direction::ALL[number as usize - 1])),
+            5..=8 if self.actions() > 5 => Ok(Action::Up(Direction::ALL[number as usize - 5])),
+            _ => {
+                Err(crate::error(format!("an action needs to be 0 to {}, got {number}", self.actions() - 1)))
+            }
+        }
     }
 }
 

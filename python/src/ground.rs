@@ -2,9 +2,9 @@
 
 use std::sync::{Arc, OnceLock};
 
-use contract::{Action, Brief, Direction, Leg, Pose, Sensor, Vetoed};
+use contract::{Action, Brief, Cell, Direction, Leg, Pose, Sensor, Vetoed};
 use hopper_sim::{Guard, Mission, ROBOT};
-use motion::{Transition, transition};
+use motion::{Transition, clears, offers, transition};
 
 /// Planes of an observation: height, sand, impassable, seen.
 pub const PLANES: usize = 4;
@@ -16,8 +16,12 @@ pub struct Ground {
     pub height_m: Vec<f32>,
     pub sand: Vec<f32>,
     pub impassable: Vec<f32>,
-    /// How hops from each cell scatter, north, east, south, west.
+    /// How the hops from each cell are drawn, north, east, south, west.
     pub scatter: Vec<[Transition; 4]>,
+    /// How the vertical hops from each cell are drawn, where they are offered; none where the scenario has none.
+    pub ups: Vec<[Option<Transition>; 4]>,
+    /// Whether a hop from each cell towards a direction, or a slip to it, collides, where the scenario checks it.
+    pub collides: Vec<[bool; 4]>,
     pub vetoed: Vec<Vetoed>,
     /// Cells seen from each cell; empty where no hopper has been yet.
     seen_from: Vec<OnceLock<Arc<[u32]>>>,
@@ -34,10 +38,27 @@ impl Ground {
             let cell = brief.grid.cell(index);
             let pose = Pose { cell, height_m: terrain.cells[index].height_m };
             let guard = Guard::new(brief, terrain, ROBOT, pose);
-            let hops = Direction::ALL.map(Action::Hop).into_iter();
-            hops.filter(|&hop| guard.veto(hop).is_some()).fold(Vetoed::NONE, Vetoed::with)
+            let hops = Direction::ALL.map(Action::Hop).into_iter().chain(Direction::ALL.map(Action::Up));
+            let hops = hops.filter(|hop| leg.motion.vertical || matches!(hop, Action::Hop(_)));
+            hops.filter(|&hop| guard.refusal(hop).is_some()).fold(Vetoed::NONE, Vetoed::with)
         };
-        let is_guarded = brief.guard.hazard_max < 1.0;
+        let is_guarded = brief.guard.hazard_max < 1.0 || leg.motion.vertical;
+        let is_checked = matches!(mission.dynamics, scenario::Dynamics::Collision(_));
+        let height_m = |cell| terrain.ground(cell).map(|ground| ground.height_m);
+        let collides = |(cell, ground): (Cell, &contract::Ground)| {
+            Direction::ALL.map(|towards| {
+                let clears = || clears(&leg.motion, &brief.grid, ground.soil, (cell, towards), height_m);
+                is_checked && !clears()
+            })
+        };
+        let ups = |from: (Cell, &contract::Ground)| {
+            let offers = offers(&leg.motion, &brief.grid, from, height_m);
+            offers.map(|offer| offer.filter(|offer| offer.climb_m.is_some()).map(|offer| offer.drawn))
+        };
+        let (collides, ups) = (
+            brief.grid.iter().zip(&terrain.cells).map(collides).collect(),
+            brief.grid.iter().zip(&terrain.cells).map(ups).collect(),
+        );
         let cells = terrain.cells.len();
         Self {
             height_m: terrain.cells.iter().map(|ground| finite(ground.height_m)).collect(),
@@ -50,6 +71,8 @@ impl Ground {
                 .collect(),
             vetoed: (0..cells).map(|index| if is_guarded { vetoed(index) } else { Vetoed::NONE }).collect(),
             seen_from: (0..cells).map(|_| OnceLock::new()).collect(),
+            collides,
+            ups,
             leg,
             mission,
         }

@@ -1,8 +1,8 @@
 //! One mission of a batch.
 
 use contract::{
-    Action, Cell, Collected, Decision, Digest, Leader, Leg, MonotonicNs, Origin, Record, RobotId, Status,
-    Timing, Vetoed,
+    Action, Branch, Cell, Collected, Decision, Digest, Direction, Leader, Leg, MonotonicNs, Origin, Record,
+    RobotId, Status, Timing, Vetoed,
 };
 use hopper_sim::{Arbiter, Mission, Pace, ROBOT, RobotTeam};
 use motion::{Domain, Draw, landing, steps};
@@ -73,13 +73,26 @@ impl Trial {
         let action = if ground.vetoed[index].has(action) { Action::Hold } else { action };
         let decision = Decision(self.actions.len() as u64);
         let brief = ground.brief();
-        let (branch, cell) = match action {
-            Action::Hop(direction) => {
+        let (branch, cell) = match action.hop() {
+            Some(direction) => {
                 let uniform = Draw::new(self.seed, Domain::Motion, RobotId(0), decision).uniform();
-                let branch = ground.scatter[index][direction as usize].branch(uniform);
+                let collides = |towards: Direction| ground.collides[index][towards as usize];
+                let (drawn, is_blocked) = match action {
+                    Action::Up(_) => match ground.ups[index][direction as usize] {
+                        Some(up) => (up.branch(uniform), false),
+                        None => (Branch::Stayed, true),
+                    },
+                    _ => (ground.scatter[index][direction as usize].branch(uniform), collides(direction)),
+                };
+                let slips_into = match drawn {
+                    Branch::Left => collides(direction.left()),
+                    Branch::Right => collides(direction.right()),
+                    _ => false,
+                };
+                let branch = if is_blocked || slips_into { Branch::Stayed } else { drawn };
                 (branch, landing(&brief.grid, self.cell, direction, branch))
             }
-            _ => (contract::Branch::Held, self.cell),
+            None => (Branch::Held, self.cell),
         };
         let terrain = &ground.mission.terrain;
         let cost = steps(terrain.cells[index].soil, action, branch);

@@ -107,7 +107,7 @@ impl Brief {
         let from = Cell::new(x, y);
         let to = match Action::from_code(action) {
             Some(Action::Hold) => from,
-            Some(Action::Hop(direction)) => self.brief.grid.hop(from, direction),
+            Some(Action::Hop(direction) | Action::Up(direction)) => self.brief.grid.hop(from, direction),
             Some(Action::Step(direction)) => {
                 let (dx, dy) = direction.step();
                 Cell::new(from.x + dx, from.y + dy)

@@ -87,6 +87,26 @@ def same_maps():
     assert hopper.run("heterogeneous", Watching(actions), 9).digest == env.unwrapped.digest()
 
 
+def vertical():
+    """Over the rocks with a seed whose outcomes are all as aimed: vertical hops are the actions 5 to 8."""
+    env = gymnasium.make("PlanetaryHopper-v1", scenario="rocks", window=11)
+    assert env.action_space.n == 9 and gymnasium.make("PlanetaryHopper-v1", scenario="hard").action_space.n == 5
+    path = "NENNNNNNEEEEEENENNNE^EENEN"
+    env.reset(seed=6905)
+    for hop in path:
+        _, _, terminated, _, info = env.step({"N": 1, "E": 2, "^": 6}[hop])
+    assert terminated and info["status"] == "goal", info
+    codes = [{"N": hopper.Action.NORTH, "E": hopper.Action.EAST, "^": hopper.Action.UP_EAST}[hop] for hop in path]
+    flight = hopper.run("rocks", Replay(codes), 6905)
+    assert flight.digest == env.unwrapped.digest() and flight.rows["action"].tolist() == codes
+    assert hopper.run("rocks", "mdp", 6905).digest == flight.digest, "the planner's own way"
+    # What is not offered is a hold.
+    env.reset(seed=1)
+    env.step(6)
+    _, _, _, _, info = env.step(8)
+    assert info["steps"] == 2, info
+
+
 def vector():
     single = [gymnasium.make("PlanetaryHopper-v1", scenario="sandy") for _ in range(5)]
     many = gymnasium.make_vec("PlanetaryHopper-v1", num_envs=5, scenario="sandy")
@@ -295,6 +315,7 @@ settled()
 rendered()
 elsewhere()
 same_digests()
+vertical()
 same_maps()
 vector()
 actions, digest, _, _ = rolled("hard", None, 3, 11)

@@ -60,7 +60,7 @@ pub struct Args {
     /// that `hopper run --dem` fits to the model.
     #[arg(value_name = "NAME|FILE", required_unless_present = "dem")]
     scenario: Option<PathBuf>,
-    /// Profile of the model instead of the scenario's: paper-2023 or hopper.
+    /// Profile of the model instead of the scenario's: paper-2023, hopper or paper-2022.
     #[arg(long, value_name = "NAME")]
     profile: Option<Profile>,
     /// Where hops end in truth, instead of the scenario's: law, collision or contact.

@@ -1,13 +1,16 @@
 //! The planner that reaches the bound on success, by the quickest of such plans.
 
-use contract::{Action, Direction, Leg, Name};
+use contract::{Action, Cell, Direction, Ground, Leg, Name};
 use planner::{Budget, Plan, PlanStatus, Planner, Situation};
 use terrain::Terrain;
 
-use crate::horizon::Horizon;
+use crate::horizon::{Horizon, offers_from};
 
 /// Most entries of the table of hops, cells times steps.
 pub const TABLE_MAX: u64 = 1 << 28;
+
+/// In place of the directions of vertical hops, on a cell from which no hop is offered.
+const NO_HOP: u8 = u8::MAX;
 
 /// Why a mission has no clairvoyant planner.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -28,6 +31,8 @@ pub enum ClairvoyantError {
 pub struct Clairvoyant {
     /// Best hop of each cell, layer by layer from 1 step left on.
     hops: Vec<Direction>,
+    /// Directions towards which the hop of each cell is the vertical one, a bit each; [`NO_HOP`] where none is offered.
+    ups: Vec<u8>,
     cells: usize,
     steps_max: u64,
 }
@@ -48,7 +53,16 @@ impl Clairvoyant {
         for layer in hops.chunks_exact_mut(cells) {
             horizon.next_layer(&mut |index, direction| layer[index] = direction);
         }
-        Ok(Self { hops, cells, steps_max })
+        let up_from = |(cell, ground): (Cell, &Ground)| {
+            let offers = offers_from(leg, terrain, cell, ground);
+            let ups = offers.iter().flatten().filter_map(|offer| match offer.action {
+                Action::Up(direction) => Some(1_u8 << direction as u8),
+                _ => None,
+            });
+            if offers.iter().all(Option::is_none) { NO_HOP } else { ups.sum() }
+        };
+        let ups = leg.grid.iter().zip(&terrain.cells).map(up_from).collect();
+        Ok(Self { hops, ups, cells, steps_max })
     }
 }
 
@@ -64,9 +78,10 @@ impl Planner for Clairvoyant {
         }
         let left = self.steps_max.saturating_sub(situation.state.steps);
         match leg.grid.index(here) {
-            Some(index) if left > 0 => {
+            Some(index) if left > 0 && self.ups[index] != NO_HOP => {
                 let hop = self.hops[(left as usize - 1) * self.cells + index];
-                Plan::at_once(Action::Hop(hop), PlanStatus::Solved)
+                let is_up = self.ups[index] >> hop as u8 & 1 == 1;
+                Plan::at_once(if is_up { Action::Up(hop) } else { Action::Hop(hop) }, PlanStatus::Solved)
             }
             _ => Plan::at_once(Action::Hold, PlanStatus::Infeasible),
         }

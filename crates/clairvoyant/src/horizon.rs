@@ -1,7 +1,7 @@
 //! The dynamic programme, one layer for each number of steps left.
 
-use contract::{Action, Branch, Cell, Direction, Leg};
-use motion::{landing, steps, transitions};
+use contract::{Branch, Cell, Direction, Ground, Leg};
+use motion::{Offer, landing, offers, steps};
 use terrain::Terrain;
 
 /// The branches that a hop may end in.
@@ -57,11 +57,17 @@ struct Landing {
     cost: u64,
 }
 
+/// The hops that the true ground offers from a cell.
+pub(crate) fn offers_from(leg: &Leg, terrain: &Terrain, cell: Cell, ground: &Ground) -> [Option<Offer>; 4] {
+    let height_m = |cell| terrain.ground(cell).map(|ground| ground.height_m);
+    offers(&leg.motion, &leg.grid, (cell, ground), height_m)
+}
+
 /// The layers computed so far.
 pub(crate) struct Horizon {
     goal: Option<usize>,
-    /// The four hops from each cell; `None` where the hopper cannot stand.
-    hops: Vec<Option<[[Landing; 4]; 4]>>,
+    /// The hops from each cell, `None` where none is offered; `None` where the hopper cannot stand.
+    hops: Vec<Option<[Option<[Landing; 4]>; 4]>>,
     layers: [Vec<Optimum>; LAYERS],
     left: u64,
 }
@@ -76,13 +82,15 @@ impl Horizon {
         };
         let hops_from = |cell: Cell| {
             let ground = terrain.ground(cell)?;
-            let scatter = transitions(&leg.motion, ground);
+            let offers = offers_from(leg, terrain, cell, ground);
             Some(Direction::ALL.map(|direction| {
-                BRANCHES.map(|branch| Landing {
+                let offer = offers[direction as usize]?;
+                let scatter = offer.scatter();
+                Some(BRANCHES.map(|branch| Landing {
                     to: arrives(landing(&grid, cell, direction, branch)),
-                    probability: scatter[direction as usize].probability(branch),
-                    cost: steps(ground.soil, Action::Hop(direction), branch),
-                })
+                    probability: scatter.probability(branch),
+                    cost: steps(ground.soil, offer.action, branch),
+                }))
             }))
         };
         let late = Optimum { success: 0.0, least_steps: 0.0, steps: 0.0 };
@@ -118,8 +126,15 @@ impl Horizon {
         self.layers[place] = layer;
     }
 
-    fn best(&self, hops: &[[Landing; 4]; 4]) -> (Optimum, Direction) {
-        let optima = hops.map(|landings| self.optimum_of(&landings));
+    fn best(&self, hops: &[Option<[Landing; 4]>; 4]) -> (Optimum, Direction) {
+        // Where no hop is offered, all that is left is to fail.
+        let optima = hops.map(|landings| match landings {
+            Some(landings) => self.optimum_of(&landings),
+            None => Optimum { success: -1.0, least_steps: f64::INFINITY, steps: f64::INFINITY },
+        });
+        if hops.iter().all(Option::is_none) {
+            return (self.failed(), Direction::North);
+        }
         let success = optima.iter().map(|optimum| optimum.success).fold(0.0, f64::max);
         let least_steps = optima.iter().map(|optimum| optimum.least_steps).fold(f64::INFINITY, f64::min);
         let (mut steps, mut direction) = (f64::INFINITY, Direction::North);

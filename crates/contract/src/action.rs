@@ -84,11 +84,14 @@ pub enum Action {
     Done,
     /// Take the route of that fingerprint for one's own, from its first point on.
     Announce(RouteId),
+    /// A hopper: hop one hop distance at 80°, up what a hop at its own angle would run into. Only where the scenario has
+    /// vertical hops.
+    Up(Direction),
 }
 
 impl Action {
     /// Every action without a route, in the order of their wire codes.
-    pub const ALL: [Action; 13] = [
+    pub const ALL: [Action; 17] = [
         Action::Hold,
         Action::Hop(Direction::North),
         Action::Hop(Direction::East),
@@ -102,6 +105,10 @@ impl Action {
         Action::Fly,
         Action::Wait,
         Action::Done,
+        Action::Up(Direction::North),
+        Action::Up(Direction::East),
+        Action::Up(Direction::South),
+        Action::Up(Direction::West),
     ];
 
     /// The code of every announcement, whatever its route.
@@ -111,7 +118,7 @@ impl Action {
     pub const CODES: usize = Self::ALL.len() + 1;
 
     /// The code on the wire: 0 hold, 1 to 4 hop north, east, south, west, 5 to 8 step so, 9 drive, 10 fly, 11 wait, 12
-    /// done, 13 announce. Journals hold them: new ones are appended.
+    /// done, 13 announce, 14 to 17 hop up north, east, south, west. Journals hold them: new ones are appended.
     #[must_use]
     pub fn code(self) -> u32 {
         match self {
@@ -123,6 +130,16 @@ impl Action {
             Action::Wait => 11,
             Action::Done => 12,
             Action::Announce(_) => Self::ANNOUNCE,
+            Action::Up(direction) => 14 + direction as u32,
+        }
+    }
+
+    /// Where a hopper hops to by it, at whatever angle.
+    #[must_use]
+    pub fn hop(self) -> Option<Direction> {
+        match self {
+            Action::Hop(direction) | Action::Up(direction) => Some(direction),
+            _ => None,
         }
     }
 
@@ -169,6 +186,12 @@ impl fmt::Display for Action {
             Action::Wait => f.pad("wait"),
             Action::Done => f.pad("done"),
             Action::Announce(_) => f.pad("announce"),
+            Action::Up(direction) => f.pad(match direction {
+                Direction::North => "up_north",
+                Direction::East => "up_east",
+                Direction::South => "up_south",
+                Direction::West => "up_west",
+            }),
         }
     }
 }
@@ -199,6 +222,7 @@ mod tests {
         assert_eq!(Action::with_route(announce.code(), announce.route()), Some(announce));
         assert_eq!(Action::with_route(announce.code(), 0), None);
         assert_eq!(Action::from_code(13), None);
-        assert_eq!(announce.code() as usize + 1, Action::CODES);
+        assert_eq!(Action::ALL.map(Action::code).into_iter().max(), Some(Action::CODES as u32 - 1));
+        assert_eq!(Action::Up(Direction::West).code(), 17);
     }
 }

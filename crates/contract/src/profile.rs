@@ -13,11 +13,14 @@ pub enum Profile {
     /// The paper's world with our planners' choices.
     #[serde(rename = "hopper")]
     Hopper,
+    /// The payoff of Sakamoto & Kubota 2022, the predecessor on known ground.
+    #[serde(rename = "paper-2022")]
+    Paper2022,
 }
 
 impl Profile {
     /// Every profile.
-    pub const ALL: [Profile; 2] = [Profile::Paper2023, Profile::Hopper];
+    pub const ALL: [Profile; 3] = [Profile::Paper2023, Profile::Hopper, Profile::Paper2022];
 
     /// The profile's name in scenarios and on the command line.
     #[must_use]
@@ -25,6 +28,7 @@ impl Profile {
         match self {
             Profile::Paper2023 => "paper-2023",
             Profile::Hopper => "hopper",
+            Profile::Paper2022 => "paper-2022",
         }
     }
 
@@ -34,6 +38,7 @@ impl Profile {
         match self {
             Profile::Paper2023 => 1,
             Profile::Hopper => 2,
+            Profile::Paper2022 => 3,
         }
     }
 
@@ -56,7 +61,7 @@ impl std::str::FromStr for Profile {
     fn from_str(text: &str) -> Result<Self, String> {
         Self::ALL.into_iter().find(|profile| profile.as_str() == text).ok_or_else(|| {
             let meant = did_you_mean(text, Self::ALL.map(Profile::as_str));
-            format!("a profile is paper-2023 or hopper, got {text:?}{meant}")
+            format!("a profile is paper-2023, hopper or paper-2022, got {text:?}{meant}")
         })
     }
 }

@@ -52,6 +52,9 @@ pub enum Refusal {
         /// Probability of ending off the map or on ground seen to be impassable.
         got: f64,
     },
+    /// Something is in the way of the hop's arc, or the vertical hop is not offered.
+    #[error("{action} needs {need}: vetoed")]
+    Blocked { action: Action, need: String },
     /// Another robot stands where the action would lead.
     #[error("{action} needs a free cell, robot {robot} stands on {cell}: vetoed")]
     Occupied { action: Action, cell: Cell, robot: RobotId },
@@ -87,6 +90,17 @@ impl Refusal {
         Self::Malformed { field: field.into(), need: need.into(), got: got.to_string() }
     }
 
+    /// The action that would be refused again from there, whoever commanded it, so that it counts as vetoed.
+    #[must_use]
+    pub fn vetoed(&self) -> Option<Action> {
+        match self {
+            Refusal::Vetoed { action, .. }
+            | Refusal::Blocked { action, .. }
+            | Refusal::Occupied { action, .. } => Some(*action),
+            _ => None,
+        }
+    }
+
     /// The reason's name, under which it is counted.
     #[must_use]
     pub fn reason(&self) -> &'static str {
@@ -101,7 +115,7 @@ impl Refusal {
             Refusal::NotLeader { .. } => "not_leader",
             Refusal::UnknownLife { .. } => "unknown_life",
             Refusal::Yielding { .. } => "yielding",
-            Refusal::Vetoed { .. } => "vetoed",
+            Refusal::Vetoed { .. } | Refusal::Blocked { .. } => "vetoed",
             Refusal::Occupied { .. } => "occupied",
             Refusal::NotDue { .. } => "not_due",
             Refusal::UnknownRoute { .. } => "unknown_route",

@@ -67,6 +67,7 @@ mod tests {
             slope_limit_rad: 0.5,
             launch_angle_rad: std::f64::consts::FRAC_PI_4,
             gravity_mps2: 3.72,
+            vertical: false,
         }
     }
 

@@ -15,6 +15,7 @@
 //!     slope_limit_rad: 30_f64.to_radians(),
 //!     launch_angle_rad: 45_f64.to_radians(),
 //!     gravity_mps2: 3.72,
+//!     vertical: false,
 //! };
 //! let grid = Grid::new(20, 20, 1.0, 1)?;
 //! let flight = motion::flight(&parameters, &grid, Soil::Hard, 0.0);
@@ -30,6 +31,7 @@ pub mod draw;
 pub mod flight;
 pub mod landing;
 pub mod launch;
+pub mod offer;
 pub mod step_count;
 pub mod transition;
 pub mod vertical;
@@ -40,6 +42,7 @@ pub use draw::{Domain, Draw};
 pub use flight::{arc_height_m, flight, launch_velocity_mps, position_m};
 pub use landing::landing;
 pub use launch::Launch;
+pub use offer::{Offer, VERTICAL_RAD, offers, vertical_flight, vertical_launch};
 pub use step_count::steps;
 pub use transition::{Transition, soil_motion, transition, transitions};
 pub use vertical::vertical_transition;

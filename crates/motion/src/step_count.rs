@@ -7,8 +7,8 @@ use contract::{Action, Branch, Soil};
 #[must_use]
 pub fn steps(soil: Soil, action: Action, branch: Branch) -> u64 {
     match (action, soil, branch) {
-        (Action::Hop(_), Soil::Sand, Branch::Intended) => 3,
-        (Action::Hop(_), _, _) => 2,
+        (Action::Hop(_) | Action::Up(_), Soil::Sand, Branch::Intended) => 3,
+        (Action::Hop(_) | Action::Up(_), _, _) => 2,
         // All others but to hold are those of other robots, and not counted by the paper.
         _ => 1,
     }

@@ -566,6 +566,10 @@ pub enum Action {
     Wait = 11,
     Done = 12,
     Announce = 13,
+    UpNorth = 14,
+    UpEast = 15,
+    UpSouth = 16,
+    UpWest = 17,
 }
 impl Action {
     /// String value of the enum field names used in the ProtoBuf definition.
@@ -588,6 +592,10 @@ impl Action {
             Self::Wait => "WAIT",
             Self::Done => "DONE",
             Self::Announce => "ANNOUNCE",
+            Self::UpNorth => "UP_NORTH",
+            Self::UpEast => "UP_EAST",
+            Self::UpSouth => "UP_SOUTH",
+            Self::UpWest => "UP_WEST",
         }
     }
     /// Creates an enum from field names used in the ProtoBuf definition.
@@ -607,6 +615,10 @@ impl Action {
             "WAIT" => Some(Self::Wait),
             "DONE" => Some(Self::Done),
             "ANNOUNCE" => Some(Self::Announce),
+            "UP_NORTH" => Some(Self::UpNorth),
+            "UP_EAST" => Some(Self::UpEast),
+            "UP_SOUTH" => Some(Self::UpSouth),
+            "UP_WEST" => Some(Self::UpWest),
             _ => None,
         }
     }

@@ -32,6 +32,7 @@ fn hopper(message: &proto::Brief) -> Result<Robot, Refusal> {
         slope_limit_rad: message.slope_limit_rad,
         launch_angle_rad: message.launch_angle_rad,
         gravity_mps2: message.gravity_mps2,
+        vertical: false,
     };
     let [radius_min_m, radius_max_m] = message.sensor_radius_m[..] else {
         let got = message.sensor_radius_m.len();

@@ -6,7 +6,7 @@ use crate::text::{self, TEXT_BYTES_MAX};
 use crate::{Scenario, ScenarioError};
 
 /// Built-in scenarios: name and TOML text. The texts are the files of `scenarios/`.
-pub const BUILT_IN: [(&str, &str); 15] = [
+pub const BUILT_IN: [(&str, &str); 19] = [
     ("hard", include_str!("../scenarios/hard.toml")),
     ("heterogeneous", include_str!("../scenarios/heterogeneous.toml")),
     ("sandy", include_str!("../scenarios/sandy.toml")),
@@ -22,6 +22,10 @@ pub const BUILT_IN: [(&str, &str); 15] = [
     ("hopper-scout", include_str!("../scenarios/hopper-scout.toml")),
     ("rover-helicopter", include_str!("../scenarios/rover-helicopter.toml")),
     ("expedition", include_str!("../scenarios/expedition.toml")),
+    ("known-hard", include_str!("../scenarios/known-hard.toml")),
+    ("known-heterogeneous", include_str!("../scenarios/known-heterogeneous.toml")),
+    ("known-sandy", include_str!("../scenarios/known-sandy.toml")),
+    ("rocks", include_str!("../scenarios/rocks.toml")),
 ];
 
 /// The scenario that `selector` names: a built-in name, or else the path of a file.

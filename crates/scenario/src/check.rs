@@ -54,9 +54,10 @@ impl ScenarioCheck {
         line(
             "robot",
             format!(
-                "hops of {} m at {:.1} degrees under {} m/s2, slopes up to {:.1} degrees",
+                "hops of {} m at {:.1} degrees{} under {} m/s2, slopes up to {:.1} degrees",
                 grid.hop_distance_m(),
                 motion.launch_angle_rad.to_degrees(),
+                if motion.vertical { ", vertical hops at 80 degrees" } else { "" },
                 motion.gravity_mps2,
                 motion.slope_limit_rad.to_degrees()
             ),

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::ScenarioError;
 
-/// Rules of the guard between planners and the hopper. Profile paper-2023 has no guard.
+/// Rules of the guard between planners and the hopper. The profiles of papers have no guard.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(JsonSchema))]
 #[serde(deny_unknown_fields, default)]
@@ -44,7 +44,7 @@ impl GuardRules {
         if self.deadline_s.is_some() && !(0.001..=1e6).contains(&deadline_s) {
             return refuse("guard.deadline_s", "0.001 to 1e6 s", deadline_s);
         }
-        if profile == Profile::Paper2023 {
+        if profile != Profile::Hopper {
             *self = Self::default();
             return Ok(Guard::OFF);
         }

@@ -47,8 +47,8 @@ pub use error::ScenarioError;
 pub use fitted::{Fitted, fitted, fitted_to, fitted_with};
 pub use guard::GuardRules;
 pub use mission::{
-    DEFAULT_PROFILE, MissionBrief, MissionLimits, OpenPoints, PayoffConstants, PayoffWeights, Ranges,
-    Surveyed,
+    DEFAULT_PROFILE, MapBefore, MissionBrief, MissionLimits, OpenPoints, PayoffConstants, PayoffWeights,
+    Ranges, Surveyed,
 };
 pub use overrides::Overrides;
 pub use resolved::ResolvedScenario;
@@ -56,8 +56,8 @@ pub use robot::{Robot, Scatter, Sensor};
 pub use robots::*;
 pub use sampling::SamplingRules;
 pub use truth::{
-    CellPoint, CropCells, CropMetres, ElevationFile, Gaussians, Obstacles, Passages, RandomHills,
-    SandRectangle, SandRules, TerrainSource, Truth,
+    CellPoint, CropCells, CropMetres, ElevationFile, Gaussians, Obstacles, Passages, RandomHills, Rock,
+    Rocks, SandRectangle, SandRules, TerrainSource, Truth,
 };
 pub use warning::Warning;
 

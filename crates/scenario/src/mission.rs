@@ -14,9 +14,10 @@ use crate::{ScenarioError, Visits, exact};
 pub struct MissionBrief {
     /// Name of the scenario, up to 31 printable characters; that of the file by default.
     pub name: Option<String>,
-    /// Reading of the model: `paper-2023` reproduces Sakamoto & Kunii 2023, `hopper` does better.
+    /// Reading of the model: `paper-2023` reproduces Sakamoto & Kunii 2023, `hopper` does better, `paper-2022` has the payoff of
+    /// Sakamoto & Kubota 2022.
     #[serde(default = "default_profile")]
-    #[cfg_attr(test, schemars(with = "String", extend("enum" = ["paper-2023", "hopper"])))]
+    #[cfg_attr(test, schemars(with = "String", extend("enum" = ["paper-2023", "hopper", "paper-2022"])))]
     pub profile: Profile,
     /// Cell (x, y) to start from, counted from the south-western corner: that of the hopper, or of robots of `[[robots]]` that may
     /// take it and have none of their own.
@@ -32,6 +33,10 @@ pub struct MissionBrief {
     /// Hops after which a patrol ends; by default as many as a mission can count.
     #[serde(default = "Visits::most_hops", skip_serializing_if = "Visits::is_most_hops")]
     pub hops_max: u64,
+    /// What is known of the map beforehand: `unknown`, only what the sensor has seen, or `known`, all of it. With `known` every hopper
+    /// sees the whole map from where it is, whatever the radii of its sensor.
+    #[serde(default, skip_serializing_if = "MapBefore::is_unknown")]
+    pub map: MapBefore,
     /// Elevation that heights are relative to, metres, or `survey`: the mean of the map.
     #[serde(default = "zero")]
     pub datum_m: Surveyed<f64>,
@@ -47,6 +52,24 @@ pub struct MissionBrief {
     /// How the paper's open points are read; profile `paper-2023` only.
     #[serde(default, skip_serializing_if = "OpenPoints::is_default")]
     pub reading: OpenPoints,
+}
+
+/// What is known of the map before the mission.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(JsonSchema))]
+#[serde(rename_all = "snake_case")]
+pub enum MapBefore {
+    /// Nothing: the map is what the sensor has seen.
+    #[default]
+    Unknown,
+    /// The whole map.
+    Known,
+}
+
+impl MapBefore {
+    fn is_unknown(&self) -> bool {
+        *self == Self::Unknown
+    }
 }
 
 /// How open points of Sakamoto & Kunii 2023 are read, where not as by default.
@@ -157,7 +180,7 @@ impl OpenPoints {
     /// The reading of a mission in `profile`.
     pub(crate) fn resolve(&self, profile: Profile) -> Result<Reading, ScenarioError> {
         let refuse = |field, need, got: f64| Err(ScenarioError::Value { field, need, got: got.to_string() });
-        if profile == Profile::Hopper && !self.is_default() {
+        if profile != Profile::Paper2023 && !self.is_default() {
             let (field, need) = ("brief.reading", "profile = \"paper-2023\": it reads the paper");
             return Err(ScenarioError::Value { field, need, got: profile.to_string() });
         }

@@ -6,8 +6,9 @@ use std::sync::Arc;
 use contract::limits::{DECISIONS_MAX, TREASURES_MAX};
 use contract::wire::{BriefV10, GroundV2, RobotV1, brief_from_wire};
 use contract::{
-    Account, Body, Brief, Cell, DriveSpeed, Goal, GradientSource, Grid, Ground, Limits, MotionParameters,
-    Name, Payoff, Priors, Profile, Range, Robots, RunId, SensorParameters, SoilMotion, SpeedPrior, Weights,
+    Account, Body, Brief, Cell, DriveSpeed, Goal, GradientSource, Grid, Ground, Limits, MotionModel,
+    MotionParameters, Name, Payoff, Priors, Profile, Range, Robots, RunId, SensorParameters, SoilMotion,
+    SpeedPrior, Weights,
 };
 use helicopter::Sensor;
 use rover::Speed;
@@ -22,7 +23,10 @@ use crate::robot::check_radius_min;
 use crate::robots::Design;
 use crate::shape::{Shaped, grid};
 use crate::truth::Mobility;
-use crate::{Passages, Robot, Scatter, Scenario, ScenarioError, Surveyed, TerrainSource, Warning};
+use crate::{
+    MapBefore, Passages, Robot, RobotRules, Scatter, Scenario, ScenarioError, Surveyed, TerrainSource,
+    Warning,
+};
 
 /// Most rectangles of sand: every cell is tested against each.
 const RECTANGLES_MAX: usize = 1000;
@@ -52,7 +56,7 @@ impl Scenario {
         resolved.resolve_priors(&terrain);
         resolved.resolve_sensor(&terrain.grid)?;
 
-        let unused = resolved.brief.profile == Profile::Paper2023 && !resolved.guard.is_empty();
+        let unused = resolved.brief.profile != Profile::Hopper && !resolved.guard.is_empty();
         let robots = resolved.robots_on(&terrain, &shaped.relief, trip)?;
         resolved.add_readings(&robots, &mut terrain);
         let mut brief = resolved.brief_on(&terrain, &robots)?;
@@ -60,6 +64,7 @@ impl Scenario {
         brief.priors.treasures = terrain.treasures.len() as u32;
         resolved.check_hopper(&terrain.grid)?;
         resolved.truth.dynamics.check(&terrain.grid)?;
+        resolved.check_vertical()?;
         // The wire messages check every bound that applies to scenarios too.
         let robots: Vec<RobotV1> = brief.robots.iter().map(RobotV1::from).collect();
         brief = brief_from_wire(&BriefV10::from(&brief), &robots).map_err(ScenarioError::Brief)?;
@@ -137,6 +142,7 @@ impl Scenario {
                 }
                 Ok(Shaped::generated(Relief::of_gaussians_within(grid, &hills, reach_sigma)))
             }
+            TerrainSource::Rocks(source) => source.shape(hop_distance_m),
             TerrainSource::Obstacles(source) => source.shape(hops_m),
             TerrainSource::Passages(source) => source.shape(hops_m),
             TerrainSource::ElevationFile(source) => {
@@ -307,12 +313,16 @@ impl Scenario {
     }
 
     fn resolve_priors(&mut self, terrain: &Terrain) {
-        let sand_term = self.brief.payoff.sand_term;
+        // In the paper of 2022 sand has a term of its own beside S.
+        let sand_term = match self.brief.profile {
+            Profile::Paper2022 => 0.0,
+            Profile::Paper2023 | Profile::Hopper => self.brief.payoff.sand_term,
+        };
+        let safety = with_climbs(terrain.safety_range(sand_term), &self.design().motion, terrain);
         let priors = &mut self.brief.priors;
-        for (prior, surveyed) in [
-            (&mut priors.safety, terrain.safety_range(sand_term)),
-            (&mut priors.height_m, terrain.height_range()),
-        ] {
+        for (prior, surveyed) in
+            [(&mut priors.safety, safety), (&mut priors.height_m, terrain.height_range())]
+        {
             if let Surveyed::Survey(_) = prior {
                 *prior = Surveyed::Given([surveyed.min, surveyed.max]);
             }
@@ -320,10 +330,10 @@ impl Scenario {
     }
 
     fn resolve_sensor(&mut self, grid: &Grid) -> Result<(), ScenarioError> {
-        let profile = self.brief.profile;
+        let (profile, has_hoppers) = (self.brief.profile, self.has_hoppers());
         let sensor = &mut self.robot.sensor;
         sensor.gradient.get_or_insert(match profile {
-            Profile::Paper2023 => GradientSource::Measured,
+            Profile::Paper2023 | Profile::Paper2022 => GradientSource::Measured,
             Profile::Hopper => GradientSource::SeenDifferences,
         });
         let hop_m = grid.hop_distance_m();
@@ -331,6 +341,17 @@ impl Scenario {
         check_radius_min("robot.sensor.radius_min_m", min_m, hop_m)?;
         let diagonal_m = libm::hypot(f64::from(grid.width), f64::from(grid.height)) * grid.cell_size_m;
         sensor.radius_max_m.get_or_insert(diagonal_m.max(min_m));
+        if self.brief.map == MapBefore::Known {
+            if !has_hoppers {
+                return refuse("brief.map", "a hopper, whose map it is, or \"unknown\"", "\"known\"".into());
+            }
+            sensor.radius_min_m = Some(diagonal_m.max(hop_m));
+            sensor.radius_max_m = sensor.radius_min_m;
+            if self.robots.iter().any(RobotRules::has_own_radius) {
+                let need = "no radius where brief.map is \"known\": the whole map is seen";
+                return refuse("robots.sensor", need, "one".into());
+            }
+        }
         Ok(())
     }
 
@@ -389,7 +410,8 @@ impl Scenario {
 
     /// How hoppers hop and see by `[robot]`.
     pub(crate) fn design(&self) -> Design {
-        let Robot { hard, sand, slope_limit_deg, launch_angle_deg, gravity_mps2, sensor, .. } = self.robot;
+        let Robot { hard, sand, slope_limit_deg, launch_angle_deg, gravity_mps2, vertical, sensor, .. } =
+            self.robot;
         Design {
             motion: MotionParameters {
                 hard: hard.into(),
@@ -397,6 +419,7 @@ impl Scenario {
                 slope_limit_rad: slope_limit_deg.to_radians(),
                 launch_angle_rad: launch_angle_deg.to_radians(),
                 gravity_mps2,
+                vertical,
             },
             sensor: SensorParameters {
                 gain: sensor.gain,
@@ -405,6 +428,26 @@ impl Scenario {
                 radius_max_m: sensor.radius_max_m.unwrap_or_default(),
                 gradient: sensor.gradient.unwrap_or_default(),
             },
+        }
+    }
+
+    /// Refuses the vertical hop where no arc is checked, or where it is no steeper than any other hop.
+    fn check_vertical(&self) -> Result<(), ScenarioError> {
+        if !self.robot.vertical {
+            return Ok(());
+        }
+        let model = self.truth.dynamics.model();
+        if model != MotionModel::Collision {
+            let need = "truth.dynamics.model = \"collision\": the other models check no arc";
+            return refuse("robot.vertical", need, format!("\"{model}\""));
+        }
+        let own_deg = self.robots.iter().filter_map(RobotRules::own_launch_angle_deg);
+        match own_deg.chain([self.robot.launch_angle_deg]).find(|angle_deg| *angle_deg >= VERTICAL_DEG) {
+            Some(angle_deg) => {
+                let need = "launch angles below the 80 degrees of the vertical hop";
+                refuse("robot.vertical", need, format!("{angle_deg} degrees"))
+            }
+            None => Ok(()),
         }
     }
 
@@ -422,6 +465,22 @@ impl From<Scatter> for SoilMotion {
         let Scatter { intended, stuck, sideways, flights } = scatter;
         Self { intended, stuck, sideways, flights }
     }
+}
+
+/// Launch angle of the vertical hop, degrees.
+const VERTICAL_DEG: f64 = 80.0;
+
+/// The range of S, widened by the climbs of all vertical hops that the ground offers: there S is −|Δh| (P22 eq. 10).
+fn with_climbs(slopes: Range, motion: &MotionParameters, terrain: &Terrain) -> Range {
+    if !motion.vertical {
+        return slopes;
+    }
+    let grid = &terrain.grid;
+    let height_m = |cell| terrain.ground(cell).map(|ground| ground.height_m);
+    let standing = grid.iter().zip(&terrain.cells).filter(|(_, ground)| ground.passable);
+    let climbs = standing.flat_map(|from| motion::offers(motion, grid, from, height_m)).flatten();
+    let climbs = climbs.filter_map(|offer| offer.climb_m).map(|climb_m| -climb_m.abs());
+    climbs.fold(slopes, |range, climb| Range { min: range.min.min(climb), max: range.max.max(climb) })
 }
 
 /// On ground that only a driver and helicopters are on, what a driver cannot drive over is impassable.

@@ -22,6 +22,10 @@ pub struct Robot {
     pub gravity_mps2: f64,
     /// Slope at which a hop no longer gets anywhere, degrees; steeper ground is impassable.
     pub slope_limit_deg: f64,
+    /// Whether hoppers have the vertical hop at 80 degrees of Sakamoto & Kubota 2022 where a hop at the launch angle would collide; needs
+    /// `truth.dynamics.model = "collision"`.
+    #[serde(skip_serializing_if = "is_not")]
+    pub vertical: bool,
     /// Scatter of hops from hard ground.
     pub hard: Scatter,
     /// Scatter of hops from sand.
@@ -60,7 +64,7 @@ pub struct Sensor {
     /// Largest radius, metres; the diagonal of the map by default.
     pub radius_max_m: Option<f64>,
     /// Where gradients come from: `measured` at each seen cell, or `seen_differences` of heights. By
-    /// default measured in profile paper-2023 and seen_differences in profile hopper.
+    /// default measured in the profiles of papers and seen_differences in profile hopper.
     #[cfg_attr(test, schemars(with = "Option<String>", extend("enum" = ["measured", "seen_differences", null])))]
     pub gradient: Option<GradientSource>,
 }
@@ -72,6 +76,7 @@ impl Default for Robot {
             launch_angle_deg: 45.0,
             gravity_mps2: 3.72,
             slope_limit_deg: 30.0,
+            vertical: false,
             hard: Scatter::default(),
             sand: Scatter::on_sand(),
             sensor: Sensor::default(),
@@ -88,6 +93,10 @@ impl Robot {
         self.hard.check("robot.hard")?;
         self.sand.check("robot.sand")
     }
+}
+
+fn is_not(value: &bool) -> bool {
+    !value
 }
 
 /// Refuses a launch angle that no brief can hold.

@@ -14,7 +14,9 @@ use terrain::{
 
 use crate::bounds::{in_range, positive};
 use crate::truth::{CropCells, CropMetres};
-use crate::{ElevationFile, Gaussians, Obstacles, Passages, RandomHills, ScenarioError, Warning};
+use crate::{
+    ElevationFile, Gaussians, Obstacles, Passages, RandomHills, Rock, Rocks, ScenarioError, Warning,
+};
 
 /// Most hills of a generated terrain.
 const HILLS_MAX: usize = 1000;
@@ -88,6 +90,35 @@ impl Gaussians {
             }
         };
         Ok(self.raised_m.iter().map(hill(1.0)).chain(self.lowered_m.iter().map(hill(-1.0))).collect())
+    }
+}
+
+impl Rocks {
+    /// Most rocks: every cell is tested against each.
+    const ROCKS_MAX: usize = 1000;
+
+    /// The relief of the plain with its rocks.
+    pub fn shape(&self, hop_distance_m: f64) -> Result<Shaped, ScenarioError> {
+        let grid = grid(self.width_cells, self.height_cells, self.cell_size_m, hop_distance_m)?;
+        let refuse = |need, got| Err(ScenarioError::Value { field: "truth.terrain.rocks.rocks", need, got });
+        if self.rocks.len() > Self::ROCKS_MAX {
+            return refuse("at most 1000", self.rocks.len().to_string());
+        }
+        for Rock { x, y, height_m } in &self.rocks {
+            if x[0] > x[1] || y[0] > y[1] {
+                return refuse("[first, last] with first at most last", format!("x = {x:?}, y = {y:?}"));
+            }
+            in_range("truth.terrain.rocks.rocks.height_m", *height_m, -1e3..=1e3, "-1000 to 1000 m")?;
+        }
+        let covers = |rock: &&Rock, cell: contract::Cell| {
+            (rock.x[0]..=rock.x[1]).contains(&cell.x) && (rock.y[0]..=rock.y[1]).contains(&cell.y)
+        };
+        let height_m = |cell| {
+            let rock = self.rocks.iter().rev().find(|rock| covers(rock, cell));
+            rock.map_or(0.0, |rock| rock.height_m)
+        };
+        let cells = grid.iter().map(|cell| Some((height_m(cell), [0.0, 0.0]))).collect();
+        Ok(Shaped::generated(Relief { grid, cells }))
     }
 }
 

@@ -41,6 +41,8 @@ pub enum TerrainSource {
     RandomHills(RandomHills),
     /// Level ground with obstacles at random cells.
     Obstacles(Obstacles),
+    /// A plain with rocks, whose tops are level.
+    Rocks(Rocks),
     /// Level ground whose speeds are uncertain: two impassable discs and three passages, 200 x 200 cells of a metre.
     Passages(Passages),
     /// An elevation model from a file.
@@ -124,6 +126,36 @@ pub struct RandomHills {
     /// At 6 the cut is 1.5e-8 of its top, and a large map is generated in a fraction of the time.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reach_sigma: Option<f64>,
+}
+
+/// A plain with rocks: level within each cell, with vertical steps between cells, so that no cell has a slope.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct Rocks {
+    /// Columns, 1 to 1024.
+    pub width_cells: u32,
+    /// Rows, 1 to 1024.
+    pub height_cells: u32,
+    /// Edge of a cell, metres.
+    pub cell_size_m: f64,
+    /// Rocks, at most 1000; where several lie on a cell, the last of them counts.
+    pub rocks: Vec<Rock>,
+}
+
+/// A rock on a rectangle of cells, its edges included.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct Rock {
+    /// First and last column.
+    #[serde(deserialize_with = "exact::array")]
+    pub x: [i32; 2],
+    /// First and last row.
+    #[serde(deserialize_with = "exact::array")]
+    pub y: [i32; 2],
+    /// Height of its top above the plain, metres; below 0 for a hole.
+    pub height_m: f64,
 }
 
 /// Level ground on which some cells are obstacles, while all others are connected; the same seed gives the same ground.

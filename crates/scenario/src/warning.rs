@@ -29,7 +29,7 @@ pub enum Warning {
         steps_max: u64,
     },
     /// The scenario sets `[guard]` but its profile has no guard.
-    #[error("[guard] is not used: profile paper-2023 flies without a guard")]
+    #[error("[guard] is not used: profiles of papers fly without a guard")]
     GuardUnused,
     /// Start and goal are the same cell.
     #[error("the start {start} is the goal")]

@@ -180,6 +180,7 @@ pub(crate) fn first_digest(brief: &Brief, seed: u64) -> Digest {
     let profile: u32 = match brief.profile {
         Profile::Paper2023 => 1,
         Profile::Hopper => 2,
+        Profile::Paper2022 => 3,
     };
     let mut bytes = b"hopper chain v2".to_vec();
     bytes.extend(brief.scenario_hash);

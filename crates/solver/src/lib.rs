@@ -38,6 +38,7 @@
 //! - [`cold`] solves a world from nothing: the whole map, to a bound on the error.
 //! - [`online`] keeps the values of a world in step while its nodes change, and decides hop by hop.
 //! - [`landings`] solves worlds whose hops land by a table, farther than to the next node.
+//! - [`listed`] solves a world whose hops follow from no slope, from nothing and without special kernels.
 //! - At the root is what they share: the world ([`grid_world`], [`soil`], [`hop`]), Bellman's operator from the
 //!   definition ([`bellman`]), the bound ([`certificate`]), the greedy hop ([`policy`]), whether a goal can be
 //!   reached ([`goal_search`]), the vector widths and instruction sets ([`simd`]), memory in huge pages
@@ -60,6 +61,7 @@ pub mod goal_search;
 pub mod grid_world;
 pub mod hop;
 pub mod landings;
+pub mod listed;
 pub mod online;
 mod pages;
 pub mod policy;
@@ -73,6 +75,7 @@ pub use error::Error;
 pub use goal_search::GoalSearch;
 pub use grid_world::{GridWorld, Kind, Leaving, Rules, Site};
 pub use hop::Hop;
+pub use listed::{ListedHop, ListedWorld};
 pub use scatter::Scatter;
 pub use simd::Simd;
 pub use soil::Soil;

@@ -29,9 +29,8 @@ impl Arbiter {
     /// # Errors
     /// The first action that is not vetoed.
     pub(crate) fn recall_vetoes(&mut self, vetoed: Vetoed) -> Result<(), Action> {
-        let is_vetoed = |action: &Action| {
-            matches!(self.refusal_of(*action), Some(Refusal::Vetoed { .. } | Refusal::Occupied { .. }))
-        };
+        let is_vetoed =
+            |action: &Action| self.refusal_of(*action).is_some_and(|refusal| refusal.vetoed().is_some());
         match Action::ALL.into_iter().filter(|action| vetoed.has(*action)).find(|action| !is_vetoed(action)) {
             Some(action) => Err(action),
             None => {

@@ -308,10 +308,7 @@ impl Arbiter {
 
     fn refuse(&mut self, refusal: Refusal, now: MonotonicNs, effects: &mut Vec<Effect>) {
         self.refusals.count(&refusal);
-        let vetoed = match refusal {
-            Refusal::Vetoed { action, .. } | Refusal::Occupied { action, .. } => Some(action),
-            _ => None,
-        };
+        let vetoed = refusal.vetoed();
         if let Some(action) = vetoed {
             self.state.vetoed = self.state.vetoed.with(action);
         }

@@ -1,9 +1,9 @@
 //! The law of P23, after the arc was checked against the true ground (P22, section III).
 //!
 //! A hop that does not clear the ground to its target stays. So does one that is drawn to slip and does not clear the ground to where it slips: without
-//! this second check slips would pass walls.
+//! this second check slips would pass walls. A vertical hop takes no check on its way to its target but the rise, of which it is offered.
 
-use contract::{Branch, Detail, Direction, Flight, MotionModel as Model, Outcome, PathPoint};
+use contract::{Action, Branch, Detail, Direction, Flight, MotionModel as Model, Outcome, PathPoint};
 use motion::{Domain, Draw};
 use scenario::CollisionRules;
 
@@ -29,15 +29,26 @@ impl MotionModel for Collision {
         let (grid, terrain, law) = (&mission.brief.grid, &mission.terrain, &body.motion);
         let ground = terrain.ground(from).expect("a mission underway stands on its terrain");
         let height = |cell| terrain.ground(cell).map(|ground| ground.height_m);
-        let clears = |direction| motion::clears(law, grid, ground.soil, (from, direction), height);
         let uniform = Draw::new(mission.seed, Domain::Motion, robot, decision).uniform();
+        if hop.is_up {
+            let offer = motion::offers(law, grid, (from, ground), height)[direction as usize];
+            let offer = offer.filter(|offer| offer.action == Action::Up(direction));
+            let rise_m = height_m(terrain, grid.hop(from, direction), from) - ground.height_m;
+            let flight = motion::vertical_flight(law, grid, ground.soil, rise_m);
+            let drawn = offer.map_or(Branch::Stayed, |offer| offer.drawn.branch(uniform));
+            let collides = offer.is_none_or(|offer| match drawn {
+                Branch::Left => offer.collides[0],
+                Branch::Right => offer.collides[1],
+                _ => false,
+            });
+            return landing(hop, drawn, collides, flight);
+        }
+        let clears = |direction| motion::clears(law, grid, ground.soil, (from, direction), height);
         let drawn = motion::transition(law, ground, direction).branch(uniform);
         let is_blocked = |towards: Direction| !clears(towards);
         let collides = is_blocked(direction)
             || drawn == Branch::Left && is_blocked(direction.left())
             || drawn == Branch::Right && is_blocked(direction.right());
-        let branch = if collides { Branch::Stayed } else { drawn };
-        let to = motion::landing(grid, from, direction, branch);
         let launch = motion::design_launch(law, grid, ground.soil);
         let flights = motion::soil_motion(law, ground.soil).flights;
         let range_m = grid.hop_distance_m() / f64::from(flights);
@@ -51,11 +62,19 @@ impl MotionModel for Collision {
             flight_time_s: launch.time_s(range_m),
             flights,
         };
-        let at = |cell| middle_m(mission, cell, from);
-        let leaves = motion::launch_velocity_mps(&flight, direction);
-        let path = vec![PathPoint { seconds: 0.0, at_m: at(from), leaves_mps: leaves.into() }];
-        let figures = [f64::from(u8::from(collides)), 0.0, 0.0, 0.0, 0.0, 0.0];
-        let detail = Detail { model: Model::Collision, rest_m: at(to), figures, path };
-        Landing { outcome: Outcome { branch, from, to, flight }, detail: Some(detail) }
+        landing(hop, drawn, collides, flight)
     }
+}
+
+/// Where a hop ends whose branch is drawn: where it began if it collides.
+fn landing(hop: &Hop<'_>, drawn: Branch, collides: bool, flight: Flight) -> Landing {
+    let Hop { mission, from, direction, .. } = *hop;
+    let branch = if collides { Branch::Stayed } else { drawn };
+    let to = motion::landing(&mission.brief.grid, from, direction, branch);
+    let at = |cell| middle_m(mission, cell, from);
+    let leaves = motion::launch_velocity_mps(&flight, direction);
+    let path = vec![PathPoint { seconds: 0.0, at_m: at(from), leaves_mps: leaves.into() }];
+    let figures = [f64::from(u8::from(collides)), 0.0, 0.0, 0.0, 0.0, 0.0];
+    let detail = Detail { model: Model::Collision, rest_m: at(to), figures, path };
+    Landing { outcome: Outcome { branch, from, to, flight }, detail: Some(detail) }
 }

@@ -50,6 +50,8 @@ pub struct Hop<'a> {
     pub rest_m: Option<[f64; 3]>,
     /// Where it aims.
     pub direction: Direction,
+    /// Whether it is the vertical hop.
+    pub is_up: bool,
 }
 
 /// Where a hop ends.

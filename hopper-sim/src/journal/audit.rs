@@ -192,7 +192,9 @@ impl Audit {
         let outcome = &record.outcome;
         same("outcome.from", from, outcome.from)?;
         let to = match record.action {
-            Action::Hop(direction) => motion::landing(&self.brief.grid, from, direction, outcome.branch),
+            Action::Hop(direction) | Action::Up(direction) => {
+                motion::landing(&self.brief.grid, from, direction, outcome.branch)
+            }
             _ => from,
         };
         // Physics may lead anywhere.
@@ -284,7 +286,7 @@ fn fallback(arbiter: &Arbiter, record: &Record) -> Result<Fallback, Difference> 
     let (got, need) = (Fallback { action: record.action, origin: record.origin }, arbiter.fallback());
     let may_be_advised = arbiter.follows_policies()
         && got.origin == contract::Origin::Policy
-        && matches!(got.action, Action::Hop(_))
+        && got.action.hop().is_some()
         && arbiter.refusal_of(got.action).is_none();
     if got == need || may_be_advised {
         return Ok(got);

@@ -29,6 +29,7 @@ pub fn brief() -> Brief {
         slope_limit_rad: std::f64::consts::FRAC_PI_6,
         launch_angle_rad: std::f64::consts::FRAC_PI_4,
         gravity_mps2: 3.72,
+        vertical: false,
     };
     let sensor = SensorParameters {
         gain: 2.0,

@@ -23,4 +23,5 @@ mod scouts;
 mod tampered;
 mod truth;
 mod verification;
+mod vertical;
 mod wire;

@@ -486,7 +486,9 @@ fn reason(reason: &Reason) -> Value {
 fn letter(action: Action) -> char {
     match action {
         Action::Hold => '-',
-        Action::Hop(direction) | Action::Step(direction) => ['n', 'e', 's', 'w'][direction as usize],
+        Action::Hop(direction) | Action::Up(direction) | Action::Step(direction) => {
+            ['n', 'e', 's', 'w'][direction as usize]
+        }
         // Robots that go from point to point have no arrows.
         _ => '*',
     }

@@ -11,7 +11,7 @@ use contract::{
     Account, Action, Cell, Decision, Direction, Ground, Leg, Name, ObservedMap, Policy, PolicyCell, Profile,
     RobotId, Soil, Vetoed,
 };
-use motion::{Transition, transitions};
+use motion::{Transition, offers};
 
 use super::{History, RunHistory};
 
@@ -101,7 +101,11 @@ impl<'a> Surroundings<'a> {
     fn reason(&self, cell: Cell, run: &RunHistory) -> Reason {
         let is_here = run.state.as_ref().filter(|state| state.pose.cell == cell);
         let ground = self.belief.ground(cell);
-        let chances = transitions(&self.leg.motion, ground);
+        let height_m = |cell| self.map.ground(cell).map(|ground| ground.height_m);
+        let offers = offers(&self.leg.motion, &self.leg.grid, (cell, ground), height_m);
+        // A hop that is not offered stays.
+        let stays = Transition { intended: 0.0, stayed: 1.0, left: 0.0, right: 0.0 };
+        let chances = offers.map(|offer| offer.map_or(stays, |offer| offer.scatter()));
         let values = self.values(cell, ground, &chances);
         let hops = Direction::ALL.map(|direction| {
             let to = self.leg.grid.hop(cell, direction);
@@ -145,7 +149,9 @@ impl<'a> Surroundings<'a> {
     /// The values of the four hops in the order of [`Direction::ALL`].
     fn values(&self, cell: Cell, ground: &Ground, chances: &[Transition; 4]) -> Option<[f64; 4]> {
         let has_treasures = self.leg.priors.treasures > 0 || !self.map.treasures().is_empty();
-        if has_treasures || self.ends(cell).is_some() {
+        // In profile paper-2022 a period pays for the cell that it begins on.
+        let is_other = self.leg.profile == Profile::Paper2022;
+        if has_treasures || is_other || self.ends(cell).is_some() {
             return None;
         }
         let here = self.payoff.of(cell, ground) + self.at(cell)?.value;

@@ -262,7 +262,7 @@ impl<'a> View<'a> {
             _ => None,
         };
         match arrow.map(|cell| cell.action) {
-            Some(Action::Hop(direction)) => (arrow_on(direction, seen.sand), style),
+            Some(Action::Hop(direction) | Action::Up(direction)) => (arrow_on(direction, seen.sand), style),
             _ if !seen.passable => ("##", style),
             _ if seen.sand => ("░░", style),
             _ => ("  ", style),

@@ -250,7 +250,8 @@ fn check_ties<P: Planner>(make: &mut impl FnMut() -> P) -> Result<(), Violation>
     use Direction::{East, North, South, West};
     // What the mirror at the diagonal through the goal makes of north, east, south, west.
     let [main, other] = [[East, North, West, South], [West, South, East, North]];
-    for profile in Profile::ALL {
+    // In profile paper-2022 the order of the sweeps decides between equals.
+    for profile in [Profile::Paper2023, Profile::Hopper] {
         for (goal, mirrored) in [((8, 8), main), ((0, 0), main), ((0, 8), other), ((8, 0), other)] {
             let world = &PracticeWorld::flat(Cell::new(goal.0, goal.1), profile);
             let case = Case { number: 0, world, progress: &world.begin() };

@@ -79,6 +79,7 @@ impl PracticeWorld {
             slope_limit_rad: std::f64::consts::FRAC_PI_6,
             launch_angle_rad: std::f64::consts::FRAC_PI_4,
             gravity_mps2: 3.72,
+            vertical: false,
         };
         let sensor = SensorParameters {
             gain: 2.0,
@@ -145,7 +146,7 @@ impl PracticeWorld {
         let Progress { map, state } = &mut progress;
         let ground = *self.ground(state.pose.cell)?;
         let (branch, cell) = match action {
-            Action::Hop(direction) => {
+            Action::Hop(direction) | Action::Up(direction) => {
                 let uniform = Draw::new(seed, Domain::Motion, RobotId(0), state.decision).uniform();
                 let branch = transition(&self.leg.motion, &ground, direction).branch(uniform);
                 (branch, landing(&self.leg.grid, state.pose.cell, direction, branch))

@@ -2,16 +2,18 @@
 
 pub mod hop_lattice;
 pub mod hunt;
+pub mod listed_model;
 pub mod model;
 pub mod online_model;
 pub mod policy;
 pub mod treasure_sets;
 
-use contract::{Action, Name, PolicyCell};
+use contract::{Action, Cell, Name, PolicyCell};
 use solver::online::Method;
-use solver::{GoalSearch, Solver};
+use solver::{GoalSearch, SolveStatus, Solver};
 
 use self::hunt::Hunt;
+use self::listed_model::ListedModel;
 use self::model::Model;
 use self::online_model::OnlineModel;
 use self::treasure_sets::TreasureSets;
@@ -31,6 +33,8 @@ use crate::plan::{Budget, Plan, PlanStatus, Planner, Pulse, Situation};
 ///   the canonical procedure. So a veto of a hop that would not be chosen changes nothing, and costs nothing. The values
 ///   do not take the guard into account; where leaving the map and impassable ground have a price, as in profile
 ///   `hopper`, there is little to veto.
+/// - **With the vertical hop**, or in profile `paper-2022`, no slope describes the hops: [`listed_model`] lists them, and is solved from
+///   nothing, without a hunt.
 /// - **Known treasures** are planned for by [`treasure_sets`], with one model for each set of them, solved from nothing.
 /// - **A hunt** ([`hunt`]) values treasures higher, and looks for those not yet seen; its model is solved from nothing too.
 #[derive(Clone, Debug, Default)]
@@ -43,6 +47,9 @@ pub struct Mdp {
     model: Option<Model>,
     solver: Solver,
     treasures: TreasureSets,
+    /// The last model of listed hops, and whether it is that of the last plan.
+    listed: Option<ListedModel>,
+    is_listed: bool,
 }
 
 impl Planner for Mdp {
@@ -54,8 +61,12 @@ impl Planner for Mdp {
         let here = situation.state.pose.cell;
         self.model = None;
         self.is_online = false;
+        self.is_listed = false;
         if here == situation.leg().goal {
             return Plan::at_once(Action::Hold, PlanStatus::Solved);
+        }
+        if listed_model::is_listed(situation.leg()) {
+            return self.plan_listed(situation, budget);
         }
         let hunt = Hunt::of(situation);
         let is_plain = situation.map.treasures().is_empty() && !hunt.is_some_and(|hunt| hunt.searches());
@@ -92,6 +103,9 @@ impl Planner for Mdp {
         if self.is_online {
             return self.online.as_mut().map(OnlineModel::policy);
         }
+        if self.is_listed {
+            return self.listed.as_ref().map(ListedModel::policy);
+        }
         let Model { lattice, world } = self.model.as_ref()?;
         let mut cells = policy::cells(world, lattice, self.solver.values());
         for (cell, policy) in lattice.grid.iter().zip(&mut cells) {
@@ -105,6 +119,36 @@ impl Planner for Mdp {
 }
 
 impl Mdp {
+    /// Plans with the model of listed hops. Where nothing about it has changed, its values are kept: they are those of the process alone.
+    fn plan_listed(&mut self, situation: &Situation<'_>, budget: &Budget) -> Plan {
+        let Situation { map, state, .. } = *situation;
+        let (leg, here) = (situation.leg(), state.pose.cell);
+        let model = ListedModel::new(situation);
+        if !model.leads_to_goal(here) {
+            return Plan::at_once(Action::Hold, PlanStatus::Infeasible);
+        }
+        let mut treasures: Vec<Cell> = map.treasures().to_vec();
+        treasures.sort_by(|a, b| a.distance_cells(here).total_cmp(&b.distance_cells(here)));
+        let keeps = budget.work_max.is_none() && treasures.is_empty();
+        let kept = self.listed.take().filter(|kept| keeps && kept.is_solved_as(&model));
+        let (listed, work, error_bound, status) = match kept {
+            Some(kept) => {
+                let error_bound = kept.error_bound();
+                (kept, 0, error_bound, PlanStatus::Solved)
+            }
+            None => {
+                let mut model = model;
+                let solution = model.solve(&treasures, leg.payoff.treasure, budget);
+                let is_cut = solution.status == SolveStatus::Cut;
+                let status = if is_cut { PlanStatus::Cut } else { PlanStatus::Solved };
+                (model, solution.sweeps, solution.certificate.error_bound, status)
+            }
+        };
+        self.is_listed = true;
+        let action = self.listed.insert(listed).action(here, state.vetoed);
+        Plan { action, status, work, error_bound }
+    }
+
     /// Plans with the online model.
     fn plan_online(&mut self, situation: &Situation<'_>, pulse: Pulse<'_>) -> Plan {
         let Situation { map, state, .. } = *situation;

@@ -62,7 +62,7 @@ impl Model {
 pub fn world(leg: &Leg, lattice: &HopLattice, ground: impl Fn(usize) -> Ground) -> GridWorld {
     let leaving = match (leg.profile, leg.reading.leaving) {
         (Profile::Paper2023, None) => Leaving::Stays,
-        (Profile::Paper2023, Some(_)) | (Profile::Hopper, _) => Leaving::Loses,
+        (Profile::Paper2023, Some(_)) | (Profile::Hopper | Profile::Paper2022, _) => Leaving::Loses,
     };
     let rules = Rules { discount: leg.payoff.discount, loss: 0.0, leaving, soils: soils(leg).to_vec() };
     let refused = "a brief is checked where it enters a process";

@@ -31,7 +31,7 @@ impl Planner for AStar {
         }
         let costs = Costs::new(situation);
         let (search, expansions) = search(&costs, &leg.grid, here, leg.goal, budget);
-        search.plan(expansions)
+        search.plan(expansions, &costs.actions)
     }
 }
 

@@ -3,15 +3,16 @@
 //! A hop that is repeated until it lands where it was meant to takes 1/p tries, p from soil and slope
 //! ([`motion::transitions`]). All but the last cost what a failed hop costs, so its expected cost is
 //! (1/p − 1) · failed + intended steps, in the paper's count ([`motion::steps`]): 2.2 on flat hard
-//! ground, 3.9 on flat sand. Unseen ground is what [`Belief`] takes it for in the brief's profile.
+//! ground, 3.9 on flat sand. With the vertical hop each cell has the hops that it is offered. Unseen ground is what [`Belief`] takes it for in the brief's profile.
 //!
 //! Costs are integers, millionths of a step: sums are exact whatever their order, so equal routes are
 //! equal, and a search from the start agrees with one from the goal to the last digit.
 
 use contract::{Action, Branch, Cell, Direction, Grid, Ground, MotionParameters, Soil};
-use motion::{steps, transitions};
+use motion::{Offer, steps, transitions};
 
 use crate::belief::Belief;
+use crate::offers;
 use crate::plan::Situation;
 
 /// The cost of a hop that is not allowed.
@@ -32,6 +33,8 @@ pub struct Costs {
     pub hops: Vec<[u64; 4]>,
     /// A lower bound on the cost of any hop, which does not depend on the map.
     pub cheapest: u64,
+    /// The actions of the four hops from the hopper's cell.
+    pub actions: [Action; 4],
     /// Columns, rows, and cells a hop.
     shape: [u32; 3],
 }
@@ -43,13 +46,29 @@ impl Costs {
         let Situation { map, state, .. } = *situation;
         let leg = situation.leg();
         let (grid, belief) = (leg.grid, Belief::new(leg, map));
+        let of = |cell: Cell| {
+            let offers = offers::offers(leg, map, &belief, cell);
+            let soil = belief.ground(cell).soil;
+            (
+                offers.map(|offer| offer.map_or(FORBIDDEN, |offer| cost(soil, &offer))),
+                offers::actions(&offers),
+            )
+        };
         let unseen = costs(&leg.motion, &belief.unseen);
+        let actions = if grid.contains(state.pose.cell) {
+            of(state.pose.cell).1
+        } else {
+            Direction::ALL.map(Action::Hop)
+        };
         let enters = |cell: Cell| cell == leg.goal || (grid.contains(cell) && belief.ground(cell).passable);
         let hops = grid.iter().map(|cell| {
-            let believed =
-                if belief.is_seen(cell) { costs(&leg.motion, belief.ground(cell)) } else { unseen };
+            let believed = match belief.is_seen(cell) {
+                true if leg.motion.vertical => of(cell).0,
+                true => costs(&leg.motion, belief.ground(cell)),
+                false => unseen,
+            };
             Direction::ALL.map(|direction| {
-                let vetoed = cell == state.pose.cell && state.vetoed.has(Action::Hop(direction));
+                let vetoed = cell == state.pose.cell && state.vetoed.has(actions[direction as usize]);
                 let open = enters(grid.hop(cell, direction)) && !vetoed;
                 if open { believed[direction as usize] } else { FORBIDDEN }
             })
@@ -59,6 +78,7 @@ impl Costs {
         Self {
             hops: hops.collect(),
             cheapest: flat(Soil::Hard).min(flat(Soil::Sand)),
+            actions,
             shape: [grid.width, grid.height, grid.hop_cells],
         }
     }
@@ -80,14 +100,21 @@ pub fn at_least(grid: &Grid, cheapest: u64, from: Cell, to: Cell) -> u64 {
 /// Expected cost of the four hops from `ground`.
 fn costs(motion: &MotionParameters, ground: &Ground) -> [u64; 4] {
     let scatter = transitions(motion, ground);
-    Direction::ALL.map(|direction| {
-        let intended = scatter[direction as usize].intended;
-        if intended < INTENDED_MIN {
-            return FORBIDDEN;
-        }
-        let hop = Action::Hop(direction);
-        let once = steps(ground.soil, hop, Branch::Intended) as f64;
-        let again = steps(ground.soil, hop, Branch::Stayed) as f64;
-        libm::round(((1.0 / intended - 1.0) * again + once) * MICROSTEPS) as u64
-    })
+    Direction::ALL
+        .map(|direction| expected(ground.soil, Action::Hop(direction), scatter[direction as usize].intended))
+}
+
+/// Expected cost of a hop that is offered.
+fn cost(soil: Soil, offer: &Offer) -> u64 {
+    expected(soil, offer.action, offer.drawn.intended)
+}
+
+/// Expected cost of a hop that is repeated until it lands as intended, with that probability each time.
+fn expected(soil: Soil, hop: Action, intended: f64) -> u64 {
+    if intended < INTENDED_MIN {
+        return FORBIDDEN;
+    }
+    let once = steps(soil, hop, Branch::Intended) as f64;
+    let again = steps(soil, hop, Branch::Stayed) as f64;
+    libm::round(((1.0 / intended - 1.0) * again + once) * MICROSTEPS) as u64
 }

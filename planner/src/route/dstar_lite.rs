@@ -47,10 +47,11 @@ impl Planner for DStarLite {
             return Plan::at_once(Action::Hold, PlanStatus::Infeasible);
         }
         let costs = Costs::new(situation);
+        let actions = costs.actions;
         if budget.work_max.is_some() {
             self.kept = None;
             let (search, expansions) = IncrementalSearch::new(costs, leg.grid, here, leg.goal).search(budget);
-            return search.plan(expansions);
+            return search.plan(expansions, &actions);
         }
         let kept = self.kept.take().filter(|kept| kept.continues(&costs, &leg.grid, leg.goal));
         let search = match kept {
@@ -61,7 +62,7 @@ impl Planner for DStarLite {
             None => IncrementalSearch::new(costs, leg.grid, here, leg.goal),
         };
         let (found, expansions) = self.kept.insert(search).search(budget);
-        found.plan(expansions)
+        found.plan(expansions, &actions)
     }
 }
 

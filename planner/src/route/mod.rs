@@ -41,11 +41,12 @@ pub enum Search {
 }
 
 impl Search {
-    /// The plan that follows, after `expansions` expansions. Without a known best hop it holds.
+    /// The plan that follows, after `expansions` expansions, where `actions` are the hops from the hopper's cell. Without a known best
+    /// hop it holds.
     #[must_use]
-    pub fn plan(self, expansions: u64) -> Plan {
+    pub fn plan(self, expansions: u64, actions: &[Action; 4]) -> Plan {
         let (action, status) = match self {
-            Search::Found(found) => (Action::Hop(found.direction), PlanStatus::Solved),
+            Search::Found(found) => (actions[found.direction as usize], PlanStatus::Solved),
             Search::NoRoute => (Action::Hold, PlanStatus::Infeasible),
             Search::Cut => (Action::Hold, PlanStatus::Cut),
         };

@@ -9,7 +9,7 @@ use planner::mdp::model::Model;
 use planner::payoff::LandingPayoff;
 use planner::{Budget, Plan, PlanStatus, Planner};
 
-use crate::world::{Soils, World};
+use crate::world::{PROFILES, Soils, World};
 
 /// Bellman's right-hand side at `cell` for one hop, written anew: constant and coefficients of V.
 fn backup(
@@ -102,7 +102,7 @@ fn partly_seen(world: &World, seed: u64, share: f64) -> ObservedMap {
 fn value_iteration_agrees_with_the_linear_solve() {
     let mut solved = 0;
     for seed in 0..120 {
-        for profile in Profile::ALL {
+        for profile in PROFILES {
             let world = World::random(seed, profile);
             let map = partly_seen(&world, seed, [0.0, 0.3, 0.7, 1.0][seed as usize % 4]);
             solved += usize::from(check(&world, &map).is_some());
@@ -114,7 +114,7 @@ fn value_iteration_agrees_with_the_linear_solve() {
 #[test]
 fn value_iteration_agrees_with_the_linear_solve_on_the_worlds_of_the_paper() {
     for soils in [Soils::Hard, Soils::Heterogeneous, Soils::Sandy] {
-        for profile in Profile::ALL {
+        for profile in PROFILES {
             let world = World::paper(soils, [0.5, 0.5], profile);
             let map = partly_seen(&world, 1, 0.5);
             assert!(check(&world, &map).is_some());
@@ -131,7 +131,7 @@ fn ground_without_slips_is_planned_on_in_a_session_and_from_nothing() {
     assert!(shares.clone().any(|share| negative(&share)), "the case in point is among them");
     for [intended, stuck] in shares.filter(|[intended, _]| *intended > 0.0) {
         for soils in [Soils::Hard, Soils::Sandy] {
-            for profile in Profile::ALL {
+            for profile in PROFILES {
                 let mut world = World::paper(soils, [0.5, 0.5], profile);
                 for motion in [&mut world.leg.motion.hard, &mut world.leg.motion.sand] {
                     (motion.intended, motion.stuck, motion.sideways) = (intended, stuck, 0.0);

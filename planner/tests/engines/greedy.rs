@@ -3,7 +3,7 @@
 use contract::{Action, Cell, Direction, Ground, Profile, Soil};
 use planner::{PlanStatus, algorithm};
 
-use crate::world::{Soils, World, with_treasures};
+use crate::world::{PROFILES, Soils, World, with_treasures};
 
 /// A flat world of 5 × 5 with the hopper in the middle, the goal north of it, and rocks around.
 fn rocks(profile: Profile, directions: &[Direction]) -> (World, Cell) {
@@ -68,7 +68,7 @@ fn greedy_never_hops_off_the_map() {
 
 #[test]
 fn greedy_takes_a_treasure_beside_it_and_no_other() {
-    for profile in Profile::ALL {
+    for profile in PROFILES {
         let world = World::paper(Soils::Hard, [0.5, 0.5], profile);
         let here = Cell::new(5, 5);
         let towards = |treasures: Vec<Cell>| {

@@ -5,7 +5,7 @@ use planner::{
     AHEAD_ALGORITHMS, ALGORITHMS, COVER_ALGORITHMS, DRIVE_ALGORITHMS, FLY_ALGORITHMS, PlannerError, algorithm,
 };
 
-use crate::world::{Soils, World};
+use crate::world::{PROFILES, Soils, World};
 
 /// Flies `missions` in each world with one long-lived planner, a fresh one beside it at every decision.
 fn decisions_alike(algorithm_name: &str, worlds: &[World], missions: u64) -> u64 {
@@ -33,7 +33,7 @@ fn decisions_alike(algorithm_name: &str, worlds: &[World], missions: u64) -> u64
 
 fn worlds() -> Vec<World> {
     let mut worlds = Vec::new();
-    for profile in Profile::ALL {
+    for profile in PROFILES {
         worlds.extend((0..12).map(|seed| World::random(seed, profile)));
         for (start, goal) in [((0, 0), (7, 7)), ((7, 7), (0, 0)), ((0, 7), (7, 0)), ((4, 0), (4, 7))] {
             worlds.push(World::flat(8, Cell::new(start.0, start.1), Cell::new(goal.0, goal.1), profile));
@@ -61,7 +61,7 @@ fn a_planner_with_an_empty_cache_decides_the_same() {
 fn ties_on_flat_ground_go_to_the_first_of_north_east_south_west() {
     use Direction::{East, North, South};
     // The goal in each corner; from the middle two directions are equally good.
-    for profile in Profile::ALL {
+    for profile in PROFILES {
         for (goal, first) in [((18, 18), North), ((2, 18), North), ((18, 2), East), ((2, 2), South)] {
             let middle = Cell::new(10, 10);
             let world = World::flat(21, middle, Cell::new(goal.0, goal.1), profile);

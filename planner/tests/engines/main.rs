@@ -6,6 +6,7 @@ mod certificate;
 mod greedy;
 mod independence;
 mod law;
+mod offers;
 mod paper_table;
 mod profile;
 mod pulse;

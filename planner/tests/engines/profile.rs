@@ -3,7 +3,7 @@
 use contract::{Action, Cell, Profile, Soil, Status};
 use planner::{PlanStatus, algorithm};
 
-use crate::world::{Soils, World};
+use crate::world::{PROFILES, Soils, World};
 
 #[test]
 fn on_a_large_map_no_value_is_so_low_that_losing_the_hopper_looks_better() {
@@ -72,7 +72,7 @@ fn preferences_buy_no_detour_into_the_sand() {
 #[test]
 fn the_policy_never_means_to_land_on_known_impassable_ground() {
     for seed in 0..40 {
-        for profile in Profile::ALL {
+        for profile in PROFILES {
             let world = World::random(seed, profile);
             let mut planner = algorithm("mdp").unwrap();
             let plan = world.plan(&mut *planner, &world.seen(), world.leg.start);

@@ -5,7 +5,7 @@ use std::cell::Cell as Counter;
 use contract::{Cell, Decision, Profile};
 use planner::{Budget, Pulse, algorithm};
 
-use crate::world::{Soils, World};
+use crate::world::{PROFILES, Soils, World};
 
 /// P-PULSE: A planner sends heartbeats during a long plan as its work proceeds.
 #[test]
@@ -34,7 +34,7 @@ fn a_long_plan_beats_as_its_work_goes_on() {
 /// P-PULSE. An online model that continues from what it knows sends heartbeats too.
 #[test]
 fn a_session_beats_whenever_it_works_on_news() {
-    for profile in Profile::ALL {
+    for profile in PROFILES {
         let world = World::paper(Soils::Heterogeneous, [0.5, 0.5], profile);
         let mut mdp = algorithm("mdp").unwrap();
         let mut worked = 0;

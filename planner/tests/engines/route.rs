@@ -7,7 +7,7 @@ use planner::route::dstar_lite::IncrementalSearch;
 use planner::route::{Found, Search, astar};
 use planner::{Budget, PlanStatus, algorithm};
 
-use crate::world::{Soils, World};
+use crate::world::{PROFILES, Soils, World};
 
 /// Cost from every cell to the goal, by relaxing every hop until nothing changes.
 fn relaxed(costs: &Costs, grid: &Grid, goal: Cell) -> Vec<u64> {
@@ -60,7 +60,7 @@ fn costs(world: &World, map: &ObservedMap, here: Cell) -> Costs {
 fn both_find_the_cheapest_routes_of_exhaustive_relaxation() {
     let (mut routes, mut dead_ends) = (0, 0);
     for seed in 0..60 {
-        for profile in Profile::ALL {
+        for profile in PROFILES {
             let world = World::random(seed, profile);
             let (grid, goal) = (world.leg.grid, world.leg.goal);
             let map = partly_seen(&world, seed, [0.0, 0.4, 0.8, 1.0][seed as usize % 4]);
@@ -93,9 +93,9 @@ fn both_find_the_cheapest_routes_of_exhaustive_relaxation() {
 #[test]
 fn a_mended_search_decides_as_a_new_one_and_as_a_star() {
     let mut decisions = 0;
-    let mut worlds: Vec<World> = Profile::ALL.map(|p| World::paper(Soils::Sandy, [0.5, 0.5], p)).into();
-    worlds.extend(Profile::ALL.map(|p| World::paper(Soils::Heterogeneous, [0.5, 0.5], p)));
-    worlds.extend(Profile::ALL.map(|p| World::flat(12, Cell::new(0, 0), Cell::new(11, 11), p)));
+    let mut worlds: Vec<World> = PROFILES.map(|p| World::paper(Soils::Sandy, [0.5, 0.5], p)).into();
+    worlds.extend(PROFILES.map(|p| World::paper(Soils::Heterogeneous, [0.5, 0.5], p)));
+    worlds.extend(PROFILES.map(|p| World::flat(12, Cell::new(0, 0), Cell::new(11, 11), p)));
     let mut mended = algorithm("dstar_lite").unwrap();
     let (mut mended_work, mut new_work) = (0, 0);
     for seed in 0..16 {

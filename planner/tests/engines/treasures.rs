@@ -9,7 +9,7 @@ use planner::mdp::treasure_sets::EXACT_MAX;
 use planner::{Budget, Planner, algorithm};
 use solver::{Hop, Kind, Leaving, Scatter};
 
-use crate::world::{Soils, World, with_treasures};
+use crate::world::{PROFILES, Soils, World, with_treasures};
 
 /// Values of the process whose state is (cell, treasures left), by Jacobi iteration over all of it at
 /// once: values[set][node]. Written from the definition, apart from the planner's own treatment.
@@ -72,7 +72,7 @@ fn brute_force(world: &World, map: &ObservedMap, here: Cell) -> (Model, Vec<Vec<
 #[test]
 fn the_plan_with_treasures_is_the_optimum_over_all_that_may_be_left() {
     let mut compared = 0;
-    for profile in Profile::ALL {
+    for profile in PROFILES {
         for seed in 0..8 {
             let mut world = World::random(seed, profile);
             world.leg.payoff.treasure = [3.0, 40.0][(seed % 2) as usize];
@@ -110,7 +110,7 @@ fn the_plan_with_treasures_is_the_optimum_over_all_that_may_be_left() {
 
 #[test]
 fn a_treasure_is_worth_a_detour_that_its_payoff_covers() {
-    for profile in Profile::ALL {
+    for profile in PROFILES {
         let mut world = World::flat(9, Cell::new(3, 4), Cell::new(7, 4), profile);
         let aside = Cell::new(3, 2);
         let mut first = |payoff: f64, treasures: Vec<Cell>| {

@@ -1,9 +1,9 @@
 //! What the guard has vetoed is not chosen again, and what it vetoes besides changes nothing.
 
-use contract::{Action, Direction, Profile, Vetoed};
+use contract::{Action, Direction, Vetoed};
 use planner::{ALGORITHMS, Planner, Situation, algorithm};
 
-use crate::world::World;
+use crate::world::{PROFILES, World};
 
 /// The action of `planner` with `vetoed` in the state of `situation`.
 fn choice(planner: &mut dyn Planner, situation: &Situation<'_>, vetoed: Vetoed) -> Action {
@@ -17,7 +17,7 @@ fn choice(planner: &mut dyn Planner, situation: &Situation<'_>, vetoed: Vetoed) 
 fn no_planner_insists_on_a_veto_or_minds_one_that_is_not_its_own() {
     for name in ALGORITHMS {
         let (mut others, mut again) = (0, 0);
-        let random = (0..10).map(|seed| World::random(seed, Profile::ALL[seed as usize % 2]));
+        let random = (0..10).map(|seed| World::random(seed, PROFILES[seed as usize % 2]));
         for (seed, world) in (0..).zip(random.chain((0..8).map(World::doubtful))) {
             // One that meets vetoes all along, one that never does, flown by the latter.
             let mut bothered = algorithm(name).unwrap();

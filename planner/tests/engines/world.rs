@@ -7,7 +7,7 @@ use contract::{
     Limits, MonotonicNs, MotionParameters, Name, ObservedMap, Payoff, Pose, Priors, Profile, Range, Robot,
     RobotId, Robots, RunId, SensorParameters, Soil, SoilMotion, State, Status, Timing, Weights,
 };
-use motion::{Domain, Draw, landing, steps, transition};
+use motion::{Domain, Draw, landing, steps};
 use planner::{Budget, Plan, Planner, Situation};
 
 /// The three soils of P23.
@@ -41,6 +41,9 @@ pub struct Episode {
     pub steps: u64,
 }
 
+/// The profiles of P23's world.
+pub const PROFILES: [Profile; 2] = [Profile::Paper2023, Profile::Hopper];
+
 /// Scatter, gravity and launch of P23 on Mars.
 pub const MOTION: MotionParameters = MotionParameters {
     hard: SoilMotion { intended: 0.9, stuck: 0.0, sideways: 0.05, flights: 1 },
@@ -48,6 +51,7 @@ pub const MOTION: MotionParameters = MotionParameters {
     slope_limit_rad: FRAC_PI_6,
     launch_angle_rad: FRAC_PI_4,
     gravity_mps2: 3.72,
+    vertical: false,
 };
 
 /// The map with these treasures seen and not yet collected.
@@ -113,7 +117,7 @@ impl World {
     /// Flat ground with payoffs that differ by a few hundred-thousandths, and a discount far out: hops that lose
     /// about as much as may still count as equal, by values that are hard to solve for.
     pub fn doubtful(seed: u64) -> Self {
-        let mut world = Self::flat(9, Cell::new(1, 1), Cell::new(7, 7), Profile::ALL[seed as usize % 2]);
+        let mut world = Self::flat(9, Cell::new(1, 1), Cell::new(7, 7), PROFILES[seed as usize % 2]);
         world.leg.payoff.discount = [0.9995, 0.9999][seed as usize / 2 % 2];
         (world.leg.weights.safety, world.leg.weights.information) = (0.0, 1.0);
         world.leg.priors.height_m = Range { min: 0.0, max: 1.0 };
@@ -256,9 +260,13 @@ impl World {
     pub fn hop(&self, cell: Cell, action: Action, seed: u64, decision: Decision) -> (Cell, u64) {
         let ground = self.ground(cell).expect("the hopper stands on the map");
         let (branch, to) = match action {
-            Action::Hop(direction) => {
+            Action::Hop(direction) | Action::Up(direction) => {
                 let uniform = Draw::new(seed, Domain::Motion, RobotId(0), decision).uniform();
-                let branch = transition(&self.leg.motion, ground, direction).branch(uniform);
+                let height_m = |cell| self.ground(cell).map(|ground| ground.height_m);
+                let offers = motion::offers(&self.leg.motion, &self.leg.grid, (cell, ground), height_m);
+                let offer = offers[direction as usize].filter(|offer| offer.action == action);
+                // What is not offered stays.
+                let branch = offer.map_or(Branch::Stayed, |offer| offer.scatter().branch(uniform));
                 (branch, landing(&self.leg.grid, cell, direction, branch))
             }
             _ => (Branch::Held, cell),

@@ -46,6 +46,7 @@ fn is_small(scenario: &Scenario) -> bool {
             small(hills.width_cells, hills.height_cells, hills.hills as usize)
         }
         TerrainSource::Obstacles(field) => small(field.width_cells, field.height_cells, 0),
+        TerrainSource::Rocks(plain) => small(plain.width_cells, plain.height_cells, plain.rocks.len()),
         // Always 200 x 200 cells.
         TerrainSource::Passages(_) => true,
         TerrainSource::ElevationFile(_) => false,
@@ -56,5 +57,6 @@ fn is_small(scenario: &Scenario) -> bool {
 /// One of each kind of generated ground.
 #[must_use]
 pub fn seeds() -> Vec<Vec<u8>> {
-    vec![fixtures::GAUSSIANS.into(), fixtures::RANDOM_HILLS.into(), fixtures::ROVERS.into()]
+    let rocks = include_str!("../../../scenarios/rocks.toml");
+    vec![fixtures::GAUSSIANS.into(), fixtures::RANDOM_HILLS.into(), fixtures::ROVERS.into(), rocks.into()]
 }

@@ -7,7 +7,7 @@
 use contract::Cell;
 use serde::Serialize;
 
-use crate::{Case, Experiment, Hop, KnownMap, Model, Plan, Reading, Rocks, Weights};
+use crate::{Case, Experiment, Hop, KnownMap, Model, Plan, Reading, Weights};
 
 /// One claim of the paper.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -206,7 +206,7 @@ fn rocks(cases: &[Case], reading: &Reading, claims: &mut Vec<Claim>) {
     let climbs = |&(hop, choice): &(Hop, usize)| {
         hop.is_up() && model.landings[choice][0].index < model.cells() && {
             let end = model.landings[choice][0].index;
-            map.ground[end].height_m >= Rocks::TALL_M
+            map.ground[end].height_m >= map.highest_m()
         }
     };
     let into = hops.filter(climbs).count();

@@ -3,10 +3,10 @@
 use std::fmt;
 use std::str::FromStr;
 
-use contract::{Cell, Direction, Grid, Ground, Soil, SoilMotion};
+use contract::{Cell, Direction, Grid, Ground, Leg, Soil, SoilMotion};
 use motion::GroundProfile;
+use scenario::{Gaussians, ResolvedScenario, Scenario, TerrainSource};
 use serde::Serialize;
-use terrain::Gaussian;
 
 use crate::{KnownError, Reading};
 
@@ -50,38 +50,6 @@ impl FromStr for Experiment {
     }
 }
 
-/// Outlines of the rocks on the fourth map. The paper shows their outlines in a figure only; these are chosen so that
-/// the path climbs the low rock at (9, 11), which the paper reports.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Rocks {
-    /// The tall rock, 1.0 m: its south-western and north-eastern cells.
-    pub tall: [Cell; 2],
-    /// The low rock, 0.25 m: its south-western and north-eastern cells.
-    pub low: [Cell; 2],
-}
-
-impl Rocks {
-    /// Height of the tall rock, metres.
-    pub const TALL_M: f64 = 1.0;
-    /// Height of the low rock, metres.
-    pub const LOW_M: f64 = 0.25;
-    /// The outlines that the experiment uses.
-    pub const CHOSEN: Rocks =
-        Rocks { tall: [Cell::new(3, 3), Cell::new(6, 6)], low: [Cell::new(10, 10), Cell::new(12, 12)] };
-
-    fn height_m(&self, cell: Cell) -> f64 {
-        let covers =
-            |[low, high]: [Cell; 2]| (low.x..=high.x).contains(&cell.x) && (low.y..=high.y).contains(&cell.y);
-        if covers(self.tall) {
-            Self::TALL_M
-        } else if covers(self.low) {
-            Self::LOW_M
-        } else {
-            0.0
-        }
-    }
-}
-
 /// Scatter and length of hops from one soil.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SoilHop {
@@ -117,72 +85,59 @@ pub struct KnownMap {
 }
 
 impl KnownMap {
-    /// The map of `experiment` under `reading`.
+    /// The map of `experiment` under `reading`: that of the built-in scenario, with the reading's hills and sand.
+    ///
+    /// # Panics
+    /// Never: the built-in scenarios resolve under every reading.
     #[must_use]
     pub fn new(experiment: Experiment, reading: &Reading) -> Self {
-        match experiment {
-            Experiment::Rocks => Self::with_rocks(Rocks::CHOSEN),
-            _ => Self::with_hills(experiment, reading),
+        let mut scenario = scenario_of(experiment);
+        if let TerrainSource::Gaussians(hills) = &mut scenario.truth.terrain {
+            let centres_m = centres_m(hills);
+            let of = |lowered: bool| {
+                let numbered = (1..).zip(&centres_m);
+                let chosen = numbered.filter(|(n, _)| reading.hollows.contains(n) == lowered);
+                chosen.map(|(_, centre_m)| *centre_m).collect()
+            };
+            hills.amplitude_m = reading.hill_height.amplitude_m();
+            (hills.raised_m, hills.lowered_m) = (of(false), of(true));
+            if let Some(level_m) = &mut scenario.truth.sand.below_height_m {
+                *level_m = reading.sand_level * hills.amplitude_m;
+            }
         }
-    }
-
-    /// The fourth map with other rocks.
-    #[must_use]
-    pub fn with_rocks(rocks: Rocks) -> Self {
-        let grid = grid(14);
-        let ground = |cell| Ground { height_m: rocks.height_m(cell), ..Ground::FLAT };
-        Self {
-            experiment: Experiment::Rocks,
-            grid,
-            ground: grid.iter().map(ground).collect(),
-            start: Cell::new(0, 0),
-            goal: Cell::new(13, 13),
-            hard: hop(HARD, 1.0, 1, 1),
-            sand: hop(SAND, 0.5, 1, 1),
-            stepped: true,
-        }
-    }
-
-    fn with_hills(experiment: Experiment, reading: &Reading) -> Self {
-        let grid = grid(20);
-        let amplitude_m = reading.hill_height.amplitude_m();
-        let hills = hills(amplitude_m, reading.hollows);
-        let is_sand = |cell: Cell, height_m: f64| match experiment {
-            Experiment::Heterogeneous => (5..=11).contains(&cell.x) && (3..=11).contains(&cell.y),
-            Experiment::Sandy => height_m < reading.sand_level * amplitude_m,
-            Experiment::Hard | Experiment::Rocks => false,
-        };
-        let ground = |cell: Cell| {
-            let at_m = [f64::from(cell.x), f64::from(cell.y)];
-            let height_m: f64 = hills.iter().map(|hill| hill.height_m(at_m)).sum();
-            let gradient = hills
-                .iter()
-                .map(|hill| hill.gradient(at_m))
-                .fold([0.0; 2], |sum, part| [sum[0] + part[0], sum[1] + part[1]]);
-            let soil = if is_sand(cell, height_m) { Soil::Sand } else { Soil::Hard };
-            Ground { height_m, gradient, soil, passable: true, ..Ground::FLAT }
-        };
-        let (hard, sand) = match experiment {
-            Experiment::Sandy => (reading.long_hops.hop(), hop(SAND, 1.0, 1, 1)),
-            _ => (hop(HARD, 1.0, 1, 1), hop(SoilMotion { flights: 2, ..SAND }, 0.5, 1, 1)),
-        };
+        let ResolvedScenario { terrain, brief, .. } =
+            scenario.resolve().expect("a built-in scenario resolves");
+        let Leg { start, goal, motion, .. } = brief.leg(0);
+        let is_sandy = experiment == Experiment::Sandy;
+        let half_m = if motion.sand.flights > 1 { 0.5 } else { 1.0 };
         Self {
             experiment,
-            grid,
-            ground: grid.iter().map(ground).collect(),
-            start: Cell::new(0, 0),
-            goal: Cell::new(18, 18),
-            hard,
-            sand,
-            stepped: false,
+            grid: terrain.grid,
+            ground: terrain.cells.clone(),
+            start,
+            goal,
+            hard: if is_sandy { reading.long_hops.hop(motion.hard) } else { hop(motion.hard, 1.0, 1, 1) },
+            sand: hop(motion.sand, half_m, 1, 1),
+            stepped: experiment == Experiment::Rocks,
         }
     }
 
     /// The cells of Table 2's hills that lie on the map.
     pub(crate) fn hill_tops(reading: &Reading) -> Vec<Cell> {
-        let raised = (1..).zip(CENTRES).filter(|(n, _)| !reading.hollows.contains(n));
-        let cells = raised.map(|(_, [x, y])| Cell::new(x as i32, y as i32));
-        cells.filter(|cell| grid(20).contains(*cell)).collect()
+        let TerrainSource::Gaussians(hills) = scenario_of(Experiment::Hard).truth.terrain else {
+            return Vec::new();
+        };
+        let on_map = |cell: &Cell| {
+            (0..hills.width_cells as i32).contains(&cell.x)
+                && (0..hills.height_cells as i32).contains(&cell.y)
+        };
+        let raised = (1..).zip(centres_m(&hills)).filter(|(n, _)| !reading.hollows.contains(n));
+        raised.map(|(_, [x, y])| Cell::new(x as i32, y as i32)).filter(on_map).collect()
+    }
+
+    /// Height of the tallest cell, metres.
+    pub(crate) fn highest_m(&self) -> f64 {
+        self.ground.iter().map(|ground| ground.height_m).fold(f64::NEG_INFINITY, f64::max)
     }
 
     /// Mean steepness |∇h| of the ground, metres per metre.
@@ -236,37 +191,38 @@ impl KnownMap {
     }
 }
 
-/// The paper's scatter on hard ground.
-const HARD: SoilMotion = SoilMotion { intended: 0.7, stuck: 0.0, sideways: 0.15, flights: 1 };
-/// The paper's scatter on sand.
-const SAND: SoilMotion = SoilMotion { intended: 0.5, stuck: 0.2, sideways: 0.15, flights: 1 };
-
 fn hop(motion: SoilMotion, flight_m: f64, cells: u32, slip_cells: u32) -> SoilHop {
     SoilHop { motion, flight_m, cells, slip_cells }
 }
 
 impl crate::LongHops {
-    fn hop(self) -> SoilHop {
+    fn hop(self, hard: SoilMotion) -> SoilHop {
         match self {
-            crate::LongHops::TwoCells => hop(HARD, 2.0, 2, 2),
-            crate::LongHops::TwoCellsSlippingOne => hop(HARD, 2.0, 2, 1),
-            crate::LongHops::OneCell => hop(HARD, 2.0, 1, 1),
+            crate::LongHops::TwoCells => hop(hard, 2.0, 2, 2),
+            crate::LongHops::TwoCellsSlippingOne => hop(hard, 2.0, 2, 1),
+            crate::LongHops::OneCell => hop(hard, 2.0, 1, 1),
         }
     }
 }
 
-fn grid(side: u32) -> Grid {
-    Grid::new(side, side, 1.0, 1).expect("a grid within bounds")
+impl Experiment {
+    /// The built-in scenario with its ground.
+    #[must_use]
+    pub fn scenario(self) -> &'static str {
+        match self {
+            Experiment::Hard => "known-hard",
+            Experiment::Heterogeneous => "known-heterogeneous",
+            Experiment::Sandy => "known-sandy",
+            Experiment::Rocks => "rocks",
+        }
+    }
 }
 
-/// Centres of the hills and hollows, metres (Table 2).
-const CENTRES: [[f64; 2]; 8] =
-    [[1.0, 6.0], [5.0, 0.0], [5.0, 20.0], [7.0, 14.0], [8.0, 8.0], [10.0, 18.0], [12.0, 1.0], [15.0, 10.0]];
+fn scenario_of(experiment: Experiment) -> Scenario {
+    scenario::load(experiment.scenario()).expect("a built-in scenario")
+}
 
-fn hills(amplitude_m: f64, hollows: [u8; 3]) -> Vec<Gaussian> {
-    let hill = |(n, &centre_m): (usize, &[f64; 2])| {
-        let sign = if hollows.contains(&(n as u8 + 1)) { -1.0 } else { 1.0 };
-        Gaussian { centre_m, sigma_m: 2.0, amplitude_m: sign * amplitude_m }
-    };
-    CENTRES.iter().enumerate().map(hill).collect()
+/// Centres of the hills and hollows, metres, in the order of Table 2: the scenario lists its hollows last.
+fn centres_m(hills: &Gaussians) -> Vec<[f64; 2]> {
+    [&hills.raised_m[..], &hills.lowered_m].concat()
 }

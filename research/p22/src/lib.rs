@@ -32,7 +32,7 @@ pub use case::Case;
 pub use claims::Claim;
 pub use error::KnownError;
 pub use findings::Findings;
-pub use known_map::{Experiment, KnownMap, Rocks};
+pub use known_map::{Experiment, KnownMap};
 pub use model::{Choice, Hop, Landing, Model};
 pub use path::{Path, PathEnd};
 pub use picture::{Figure, figure, figures};

@@ -214,6 +214,7 @@ fn parameters(map: &KnownMap) -> MotionParameters {
         slope_limit_rad: SLOPE_LIMIT_RAD,
         launch_angle_rad: FLAT_RAD,
         gravity_mps2: GRAVITY_MPS2,
+        vertical: false,
     }
 }
 

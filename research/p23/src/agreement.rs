@@ -97,6 +97,7 @@ fn sentence(cell: &CellResults<'_>, beside: &PaperComparison) -> String {
     }
     let why = match (cell.profile, beside.remark) {
         (Profile::Hopper, _) => "our planner's choices are not the paper's",
+        (Profile::Paper2022, _) => "its payoff is that of another paper",
         (Profile::Paper2023, Some(remark)) => remark,
         (Profile::Paper2023, None) => "the paper does not say enough to tell why",
     };

@@ -122,7 +122,7 @@ pub fn fly(plan: &Plan, world: &ResolvedScenario, trial: &Trial<'_>) -> Result<(
     let (mut hops, mut planning_ns) = (0, 0);
     let started = Node::now();
     let flown = lockstep::fly(mission, &schedule, &mut Node::now, &mut |record| {
-        let is_hop = matches!(record.action, Action::Hop(_));
+        let is_hop = record.action.hop().is_some();
         hops +=
             u64::from(if brief.account == Account::Hopper { is_hop } else { record.action != Action::Hold });
         planning_ns += record.timing.planning_ended.since_ns(record.timing.planning_started);

@@ -4,8 +4,8 @@ use crate::{Cell, Ground, Leg, ObservedMap, Profile, Soil};
 
 /// The ground as far as it has been seen, and an assumption beyond.
 ///
-/// Unseen ground is assumed flat and passable, which favours exploring it. In profile
-/// `paper-2023` it is hard as well; in profile `hopper` its soil is that of the majority of the seen
+/// Unseen ground is assumed flat and passable, which favours exploring it. In profiles
+/// `paper-2023` and `paper-2022` it is hard as well; in profile `hopper` its soil is that of the majority of the seen
 /// cells, hard if equal: a hopper that sees only sand plans for more of it. On the sandy
 /// world that is worth 1.2 to 2.2 points of success and 3 steps (1,000 missions a cell), elsewhere
 /// it costs nothing. Mixtures of both soils in the proportion seen, with 1 to 16 hard cells presumed, did
@@ -24,7 +24,7 @@ impl<'a> Belief<'a> {
     pub fn new(leg: &Leg, map: &'a ObservedMap) -> Self {
         let soil = match leg.profile {
             Profile::Hopper if 2 * map.sand_cells() > map.seen_cells() => Soil::Sand,
-            Profile::Hopper | Profile::Paper2023 => Soil::Hard,
+            Profile::Hopper | Profile::Paper2023 | Profile::Paper2022 => Soil::Hard,
         };
         Self { map, unseen: Ground { soil, ..Ground::FLAT } }
     }

@@ -10,6 +10,10 @@
 //! what sand costs in time and risk; a soil term would charge it twice, and leave little of S's range to the slopes. D is
 //! the paper's, less [`PERIOD_PRICE`].
 //!
+//! `paper-2022` (P22 eqs. 3 to 5, in the reading of `hopper known`): r = w1·S + w2·I + P for a period on a cell. S = −|∇h| is normalised
+//! to [−1, 0], a cost; P is the brief's soil term on sand, after the weights; D is the paper's of 2023, for missions that give it a
+//! weight. The goal is a cell like any other whose periods pay its payoff besides.
+//!
 //! # The price of a period
 //! In the paper only D rewards speed, and it falls to zero at the goal, where a flat or high cell pays up to w1 + w2 for
 //! every period spent on it. So preferences lead to detours: on
@@ -54,14 +58,35 @@ impl<'a> LandingPayoff<'a> {
     }
 
     /// Payoff of landing on `cell`, whose ground is believed to be `ground`. The goal has its own payoff instead of the
-    /// formula.
+    /// formula; in profile `paper-2022` it is added.
     #[must_use]
     pub fn of(&self, cell: Cell, ground: &Ground) -> f64 {
-        if cell == self.leg.goal {
+        let is_paper_2022 = self.leg.profile == Profile::Paper2022;
+        if cell == self.leg.goal && !is_paper_2022 {
             return self.leg.payoff.goal;
         }
         let [safety, information, distance] = self.terms(cell, ground);
-        safety + information + distance
+        let payoff = safety + information + distance;
+        if is_paper_2022 { payoff + self.beyond_the_weights(cell, ground) } else { payoff }
+    }
+
+    /// What a vertical hop pays that climbs or drops so many metres from `cell` (P22 eq. 10: S = −|Δh|), in profile `paper-2022`.
+    #[must_use]
+    pub fn of_climb(&self, cell: Cell, ground: &Ground, climb_m: f64) -> f64 {
+        let [_, information, distance] = self.terms(cell, ground);
+        let safety = self.leg.weights.safety * self.cost(climb_m.abs());
+        safety + information + distance + self.beyond_the_weights(cell, ground)
+    }
+
+    /// The terms of profile `paper-2022` without a weight: those of sand and of the goal.
+    fn beyond_the_weights(&self, cell: Cell, ground: &Ground) -> f64 {
+        let sand = if ground.soil == Soil::Sand { self.leg.payoff.sand_term } else { 0.0 };
+        sand + if cell == self.leg.goal { self.leg.payoff.goal } else { 0.0 }
+    }
+
+    /// S of profile `paper-2022`, by a slope or a climb: normalised to [−1, 0] over the brief's range.
+    fn cost(&self, steepness: f64) -> f64 {
+        self.leg.priors.safety.normalise(-steepness) - 1.0
     }
 
     /// The weighted terms w1·S, w2·I and w3·D of landing on `cell`, also where the goal's payoff replaces their sum.
@@ -81,7 +106,7 @@ impl<'a> LandingPayoff<'a> {
         if map.treasures().contains(&cell) { self.leg.payoff.treasure } else { 0.0 }
     }
 
-    /// S, normalised to [0, 1] over the brief's range.
+    /// S, normalised to [0, 1] over the brief's range; in profile `paper-2022` to [−1, 0].
     fn safety(&self, ground: &Ground) -> f64 {
         let range = self.leg.priors.safety;
         let sand_term = self.leg.payoff.sand_term;
@@ -91,13 +116,14 @@ impl<'a> LandingPayoff<'a> {
                 range.normalise(-ground.steepness() - term)
             }
             Profile::Hopper => steepness_range(range, sand_term).normalise(-ground.steepness()),
+            Profile::Paper2022 => self.cost(ground.steepness()),
         }
     }
 
     /// D: in the paper 0 at the goal, −1 as far away as the start.
     fn distance(&self, cell: Cell) -> f64 {
         let period_price = match self.leg.profile {
-            Profile::Paper2023 => 0.0,
+            Profile::Paper2023 | Profile::Paper2022 => 0.0,
             Profile::Hopper => PERIOD_PRICE,
         };
         if self.scale_cells > 0.0 {

@@ -304,6 +304,7 @@ mod samples {
             slope_limit_rad: 0.5,
             launch_angle_rad: 0.8,
             gravity_mps2: 3.72,
+            vertical: false,
         };
         let gradient = GradientSource::Measured;
         let sensor =

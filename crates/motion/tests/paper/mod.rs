@@ -11,4 +11,5 @@ pub const PARAMETERS: MotionParameters = MotionParameters {
     slope_limit_rad: FRAC_PI_6,
     launch_angle_rad: FRAC_PI_4,
     gravity_mps2: 3.72,
+    vertical: false,
 };

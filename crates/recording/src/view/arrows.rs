@@ -22,7 +22,7 @@ pub(super) fn arrows(cloud: &mut Cloud, brief: &Brief, map: &ObservedMap, policy
         for x in around.x.saturating_sub(REACH_CELLS)..=around.x.saturating_add(REACH_CELLS) {
             let cell = Cell { x, y };
             let action = brief.grid.index(cell).and_then(|index| policy.cells.get(index));
-            let Some((Action::Hop(direction) | Action::Step(direction), ground)) =
+            let Some((Action::Hop(direction) | Action::Up(direction) | Action::Step(direction), ground)) =
                 action.map(|cell| cell.action).zip(map.ground(cell))
             else {
                 continue;

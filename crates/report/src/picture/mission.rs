@@ -4,8 +4,8 @@ use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
 use contract::{
-    Account, Action, Branch, Brief, Cell, Decision, Detail, Direction, Ground, ObservedMap, PolicyCell,
-    Range, Record, RobotId, Route, Waypoint,
+    Account, Branch, Brief, Cell, Decision, Detail, Direction, Ground, ObservedMap, PolicyCell, Range,
+    Record, RobotId, Route, Waypoint,
 };
 
 use super::frame::{Frame, SHADES};
@@ -209,7 +209,7 @@ impl Picture<'_> {
                 for (index, cell) in self.brief.grid.iter().enumerate().filter(|(_, cell)| drawn(cell)) {
                     let passable = self.ground_at(index).is_none_or(|ground| ground.passable);
                     let points =
-                        policy[index].action == Action::Hop(direction) && passable && Some(cell) != goal;
+                        policy[index].action.hop() == Some(direction) && passable && Some(cell) != goal;
                     if points && self.map.cells()[index].is_some() == seen {
                         at.push(frame.centre(cell));
                     }

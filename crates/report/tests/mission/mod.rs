@@ -23,6 +23,7 @@ pub fn brief(side: u32) -> Brief {
         slope_limit_rad: 0.5,
         launch_angle_rad: 0.785,
         gravity_mps2: 3.72,
+        vertical: false,
     };
     let sensor = SensorParameters {
         gain: 2.0,

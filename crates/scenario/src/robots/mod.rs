@@ -149,6 +149,20 @@ bodies! {
     helicopter => Helicopter(HelicopterRules), "Flies from point to point, and looks ahead for the others.";
 }
 
+impl RobotRules {
+    /// Whether it is a hopper that sees as far as it says itself.
+    pub(crate) fn has_own_radius(&self) -> bool {
+        let RobotRules::Hopper(HopperRules { sensor: Some(own), .. }) = self else { return false };
+        *own != OwnSensor::default()
+    }
+
+    /// The launch angle of a hopper that has its own, degrees.
+    pub(crate) fn own_launch_angle_deg(&self) -> Option<f64> {
+        let RobotRules::Hopper(HopperRules { launch_angle_deg, .. }) = self else { return None };
+        *launch_angle_deg
+    }
+}
+
 impl Scenario {
     /// What states of the mission tell, and what its limit counts: a hopper's steps, if it is first and all others are helicopters; all
     /// actions, if there is one driver and all others are helicopters; otherwise the actions by which no robot waits for others.

@@ -184,3 +184,45 @@ fn a_missing_elevation_file_says_where_it_was_looked_for_and_how_to_name_another
     let text = folder.error(&REAL.replace("dem.asc", "short.asc"));
     says(&text, &[cut_short.file_name().unwrap().to_str().unwrap(), "xllcorner", "none"]);
 }
+
+/// P-UP-GROUND: A plain with rocks is level within each cell; where several rocks lie on a cell, the last of them counts.
+#[test]
+fn rocks_have_level_tops_and_steps_around_them() {
+    let world = built_in("rocks");
+    assert!(world.terrain.cells.iter().all(|ground| ground.gradient == [0.0; 2] && ground.passable));
+    let height_m = |x, y| world.terrain.ground(Cell::new(x, y)).unwrap().height_m;
+    let corners = [(2, 3), (3, 3), (6, 6), (7, 6), (10, 10), (12, 12), (13, 12)];
+    assert_eq!(corners.map(|(x, y)| height_m(x, y)), [0.0, 1.0, 1.0, 0.0, 0.25, 0.25, 0.0]);
+    assert_eq!(world.brief.priors.safety, Range { min: -0.25, max: 0.0 }, "the climb of a vertical hop");
+    let text = include_str!("../../../../scenarios/rocks.toml");
+    let with = |rocks: &str| {
+        let (before, rest) = text.split_once("rocks = [").unwrap();
+        let (_, after) = rest.split_once("]\n\n").unwrap();
+        Scenario::parse(&format!("{before}rocks = [{rocks}]\n\n{after}"), "rocks").unwrap().resolve()
+    };
+    let rock = |height_m: f64| format!("{{ x = [5, 5], y = [5, 5], height_m = {height_m} }},");
+    let world = with(&(rock(1.0) + &rock(-0.5))).unwrap();
+    assert_eq!(world.terrain.ground(Cell::new(5, 5)).unwrap().height_m, -0.5);
+    let refused = with(&rock(0.1).repeat(1001)).unwrap_err().to_string();
+    assert_eq!(refused, "truth.terrain.rocks.rocks: need at most 1000, got 1001");
+}
+
+/// P-UP-SCENARIO: With a known map a hopper sees the whole map from any cell; what is at its default is left out of the canonical text.
+#[test]
+fn a_known_map_is_in_sight_and_defaults_are_left_out() {
+    let known = built_in("known-hard");
+    let (grid, sensor) = (known.brief.grid, known.brief.leg(0).sensor);
+    for height_m in [-3.0, 0.0, 9.0] {
+        let reach_cells = sensor.reach_cells(&grid, height_m);
+        assert!(reach_cells >= Cell::new(0, 0).distance_cells(Cell::new(19, 19)), "{reach_cells}");
+    }
+    assert!(known.resolved.contains("map = \"known\"") && known.resolved.contains("vertical = true"));
+    let plain = built_in("hard");
+    assert!(!plain.resolved.contains("map =") && !plain.resolved.contains("vertical"));
+    let text = include_str!("../../../../scenarios/hard.toml");
+    let said = text.replace("profile =", "map = \"unknown\"\nprofile =");
+    let said = said.replace("hop_distance_m =", "vertical = false\nhop_distance_m =");
+    assert_eq!(Scenario::parse(&said, "hard").unwrap().resolve().unwrap().hash, plain.hash);
+    let again = Scenario::parse(&known.resolved, "again").unwrap().resolve().unwrap();
+    assert_eq!((again.hash, again.brief), (known.hash, known.brief), "the canonical text resolves to itself");
+}

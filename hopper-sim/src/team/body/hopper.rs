@@ -25,6 +25,7 @@ impl Body for Hopper {
         match action {
             Action::Wait if may_wait => return None,
             Action::Hold | Action::Hop(_) => {}
+            Action::Up(_) if self.motion.vertical => {}
             _ => {
                 let need = if may_wait { "a hop, wait or hold" } else { "a hop or hold" };
                 let need = format!("{need}: the robot is a hopper");
@@ -34,15 +35,14 @@ impl Body for Hopper {
         if let Some(refusal) = occupied(team, robot, action) {
             return Some(refusal);
         }
-        let need = team.brief.guard.hazard_max;
-        guard(team, terrain, robot).veto(action).map(|got| Refusal::Vetoed { action, need, got })
+        guard(team, terrain, robot).refusal(action)
     }
 
     fn movement(&self, team: &RobotTeam, mission: &Mission, act: &Act) -> Movement {
         let Act { robot, decision, action, .. } = *act;
         let from = team.roster.entry(robot).at.cell;
-        let direction = match action {
-            Action::Hop(direction) if !team.roster.fails_now(robot) => direction,
+        let direction = match action.hop() {
+            Some(direction) if !team.roster.fails_now(robot) => direction,
             _ => {
                 let fails = team.roster.fails_now(robot);
                 let branch = if fails { Branch::Stranded } else { Branch::Held };
@@ -51,7 +51,8 @@ impl Body for Hopper {
             }
         };
         let rest_m = team.detail(robot).map(|detail| detail.rest_m);
-        let hop = Hop { mission, robot, body: self, decision, from, rest_m, direction };
+        let is_up = matches!(action, Action::Up(_));
+        let hop = Hop { mission, robot, body: self, decision, from, rest_m, direction, is_up };
         let landing = team.model.hop(&hop);
         let is_taken = |cell| occupant(team, robot, cell).is_some();
         Movement::InCells(if is_taken(landing.outcome.to) {
@@ -85,7 +86,7 @@ fn guard<'a>(team: &'a RobotTeam, terrain: &'a Terrain, robot: RobotId) -> Guard
 
 /// That another robot is where a hop aims, if one is.
 fn occupied(team: &RobotTeam, robot: RobotId, action: Action) -> Option<Refusal> {
-    let Action::Hop(direction) = action else { return None };
+    let direction = action.hop()?;
     let cell = team.brief.grid.hop(team.roster.entry(robot).at.cell, direction);
     occupant(team, robot, cell).map(|robot| Refusal::Occupied { action, cell, robot })
 }

@@ -33,6 +33,14 @@ pub struct MotionParameters {
     pub launch_angle_rad: f64,
     /// Surface gravity, m/s².
     pub gravity_mps2: f64,
+    /// Whether it has the vertical hop at 80° (P22), and so checks each arc against the ground: where a hop at its own angle would
+    /// collide, it hops up instead, or not at all.
+    #[serde(default, skip_serializing_if = "is_not")]
+    pub vertical: bool,
+}
+
+fn is_not(value: &bool) -> bool {
+    !value
 }
 
 /// Hops to one of four cells at a time. The length of a hop makes the lattice of the mission, and is the same for all.
@@ -46,7 +54,7 @@ impl Kind for Hopper {
     const NAME: &'static str = "hopper";
 
     fn parameters(&mut self, block: &mut Block<'_>) {
-        let MotionParameters { hard, sand, slope_limit_rad, launch_angle_rad, gravity_mps2 } =
+        let MotionParameters { hard, sand, slope_limit_rad, launch_angle_rad, gravity_mps2, vertical } =
             &mut self.motion;
         for (soil, motion) in [("hard", hard), ("sand", sand)] {
             let name = |what: &str| format!("motion.{soil}.{what}");
@@ -90,6 +98,12 @@ impl Kind for Hopper {
             "Gravity, m/s²; from that of a small asteroid to four times that of Jupiter.",
             float(1.0e-5, 100.0),
             gravity_mps2,
+        );
+        block.choice(
+            "motion.vertical",
+            "Vertical hops at 80°: 0 without, 1 with.",
+            &[false, true],
+            vertical,
         );
     }
 }
