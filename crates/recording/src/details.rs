@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
-use contract::{Decision, Detail, DetailId, DetailPage, DetailRequest, MonotonicNs, Record, RunId};
+use contract::{Decision, Detail, DetailPage, DetailRequest, MonotonicNs, Record, RunId};
 use follow::DetailFollower;
 
 /// Most records that wait for their details. Beyond that the first is drawn without: details may not be to be had.
@@ -17,7 +17,7 @@ pub(crate) struct Details {
     /// Details of records that wait.
     known: BTreeMap<Decision, Detail>,
     /// The details that are written: one that is asked for again, since the past is read again, is not written again.
-    written: BTreeSet<(Decision, DetailId)>,
+    written: BTreeSet<(Decision, [u8; 32])>,
 }
 
 impl Details {
@@ -37,7 +37,7 @@ impl Details {
     pub fn page(&mut self, page: DetailPage) -> Option<(DetailPage, bool)> {
         let run = page.run;
         let (decision, detail) = self.missing.page(page)?;
-        let is_new = self.written.insert((decision, detail.id()));
+        let is_new = self.written.insert((decision, detail.id().0));
         self.known.insert(decision, detail.clone());
         Some((DetailPage { run, decision, detail }, is_new))
     }
