@@ -100,6 +100,8 @@ pub const SOMETIMES: &[Sometimes] = &[
     sometimes("stayed", "perception", ALL, 500),
     sometimes("stayed", "monitor", ALL, 500),
     sometimes("fallback", "policy", ALONE, 2_000),
+    sometimes("vertical", "climbed", HOPPER, 500),
+    sometimes("vertical", "missed", HOPPER, 500),
     sometimes("rovers", "stranded", ROVERS, 500),
     sometimes("rovers", "another_leads", ROVERS, 500),
     sometimes("rovers", "two_led_by_one", ROVERS, 500),

@@ -91,7 +91,7 @@ impl<'a> Play<'a> {
             // Another planner's turn is kept, or nothing can be executed now.
             (Answer::Refused("yielding" | "busy"), _) => Ok(false),
             // How dangerous a hop is depends on what would have been seen.
-            (Answer::Refused("vetoed"), Some(_)) if matches!(action, Action::Hop(_)) => Ok(true),
+            (Answer::Refused("vetoed"), Some(_)) if action.hop().is_some() => Ok(true),
             (Answer::Refused(_), None) => Ok(true),
             (Answer::Refused(reason), Some(_)) => violation(
                 "every command that nothing speaks against is executed",

@@ -142,7 +142,7 @@ impl Missions {
     #[must_use]
     pub fn mission(self, seed: u64, number: u64) -> Mission {
         let mut mission = match self {
-            Missions::Hopper => hopper_mission(seed, number),
+            Missions::Hopper => hopper_mission(seed, number, Vertical::of(seed, number)),
             Missions::Rovers => rover_mission(seed, number),
             Missions::Scouts => scouts::mission(seed, number),
             Missions::Accompanied => accompanied::mission(seed, number),
@@ -290,7 +290,7 @@ fn rover_mission(seed: u64, number: u64) -> Mission {
     }
 }
 
-fn hopper_mission(seed: u64, number: u64) -> Mission {
+fn hopper_mission(seed: u64, number: u64, vertical: Vertical) -> Mission {
     let mut chance = Chance::new(seed ^ number.rotate_left(32), "mission");
     let side = |chance: &mut Chance| chance.between(4, 7) as u32;
     let grid = Grid::new(side(&mut chance), side(&mut chance), 1.0, 1).expect("a small grid is a grid");
@@ -308,12 +308,15 @@ fn hopper_mission(seed: u64, number: u64) -> Mission {
         grid.iter().filter(|cell| *cell != start && chance.one_in(14)).take(TREASURES_MAX).collect();
     let brief = brief_of(&mut chance, Account::Hopper, grid);
     let mut brief = Brief {
-        profile: chance.pick(&Profile::ALL),
+        profile: chance.pick(&PROFILES),
         limits: Limits { steps_max: chance.between(16, 48), decision_budget_ns: 600_000_000 },
         guard: guard(seed, number),
         ..brief
     };
-    let is_measured = brief.profile == Profile::Paper2023;
+    if vertical.is_paper_2022 {
+        brief.profile = Profile::Paper2022;
+    }
+    let is_measured = brief.profile != Profile::Hopper;
     // Radii of 1 to 4 m, so that discs differ from landing to landing.
     let sensor = SensorParameters {
         gain: chance.pick(&[2.0, 2.5]),
@@ -322,8 +325,14 @@ fn hopper_mission(seed: u64, number: u64) -> Mission {
         radius_max_m: 4.0,
         gradient: if is_measured { GradientSource::Measured } else { GradientSource::SeenDifferences },
     };
+    let known_m = 2.0 * grid.hop_distance_m() * f64::from(grid.width.max(grid.height));
+    let sensor = match vertical.knows_map {
+        true => SensorParameters { radius_min_m: known_m, radius_max_m: known_m, ..sensor },
+        false => sensor,
+    };
     brief.payoff.treasure = chance.pick(&[0.0, 10.0, 60.0]);
-    let mut hopper = Robot::hopper(&grid, motion(), sensor, [start, goal]);
+    let motion = MotionParameters { vertical: vertical.hops, ..motion() };
+    let mut hopper = Robot::hopper(&grid, motion, sensor, [start, goal]);
     if let Some(visit) = visits(seed, number, [goal, start]) {
         hopper.goal = Goal::Visit(visit);
     }
@@ -332,8 +341,41 @@ fn hopper_mission(seed: u64, number: u64) -> Mission {
         brief,
         terrain: Terrain { grid, cells, treasures, prior: Vec::new() }.into(),
         seed: chance.bits(),
-        dynamics: dynamics(seed, number),
+        dynamics: if vertical.hops {
+            Dynamics::Collision(CollisionRules::default())
+        } else {
+            dynamics(seed, number)
+        },
         faults: Vec::new(),
+    }
+}
+
+/// The profiles of most missions; that of the predecessor paper goes with [`Vertical`].
+const PROFILES: [Profile; 2] = [Profile::Paper2023, Profile::Hopper];
+
+/// What a hopper has of the predecessor paper: drawn by itself, so that seeds keep all else.
+struct Vertical {
+    /// The vertical hop, and so collisions.
+    hops: bool,
+    /// A map that is known from the start.
+    knows_map: bool,
+    /// The payoff of that paper.
+    is_paper_2022: bool,
+}
+
+impl Vertical {
+    /// Nothing of it.
+    const NONE: Self = Self { hops: false, knows_map: false, is_paper_2022: false };
+
+    /// That of a mission; long ones have nothing of it.
+    fn of(seed: u64, number: u64) -> Self {
+        if long::is_long(seed) {
+            return Self::NONE;
+        }
+        let mut chance = Chance::new(seed ^ number.rotate_left(32), "vertical");
+        let hops = chance.one_in(4);
+        let (knows_map, is_paper_2022) = (chance.one_in(2), chance.one_in(3));
+        Self { hops, knows_map: hops && knows_map, is_paper_2022: hops && is_paper_2022 }
     }
 }
 

@@ -12,6 +12,10 @@ impl Oracle {
     pub(super) fn events_of(&self, missions: Missions, record: &Record, before: &[Record]) -> Vec<Counter> {
         let Some(actor) = self.turns.actors.get(usize::from(record.robot.0)) else { return Vec::new() };
         let mut events = Vec::new();
+        if matches!(record.action, Action::Up(_)) {
+            let is_aimed = record.outcome.branch == Branch::Intended;
+            events.push(("vertical", if is_aimed { "climbed" } else { "missed" }));
+        }
         if missions == Missions::Rovers {
             events.extend(self.command_events(record));
         }

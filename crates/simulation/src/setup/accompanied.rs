@@ -4,7 +4,7 @@ use contract::{Body, Brief, Camera, Goal, Helicopter, LookAhead, Robot, RobotId,
 use hopper_sim::Mission;
 use scenario::Fault;
 
-use super::{HOPPER_PLANNERS, Missions, Seat, hopper_mission, team};
+use super::{HOPPER_PLANNERS, Missions, Seat, Vertical, hopper_mission, team};
 use crate::chance::Chance;
 
 const HOPPER: RobotId = RobotId(0);
@@ -44,7 +44,7 @@ pub(super) fn planners(seed: u64, chance: &mut Chance) -> Vec<Seat> {
 
 /// The `number`th mission of a seed.
 pub(super) fn mission(seed: u64, number: u64) -> Mission {
-    let mission = hopper_mission(seed, number);
+    let mission = hopper_mission(seed, number, Vertical::NONE);
     let mut chance = Chance::new(seed ^ number.rotate_left(32), "accompanied");
     let robots = Missions::Accompanied.robots(seed);
     let hopper = mission.brief.robots[0];

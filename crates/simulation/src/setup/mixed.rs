@@ -13,7 +13,8 @@ use terrain::Terrain;
 
 use super::scouts::{GOOD_M, certain, read, region, region_at};
 use super::{
-    BRIEF, HOPPER_PLANNERS, Missions, Seat, brief_of, dynamics, ground, guard, heights, motion, team,
+    BRIEF, HOPPER_PLANNERS, Missions, PROFILES, Seat, brief_of, dynamics, ground, guard, heights, motion,
+    team,
 };
 use crate::chance::Chance;
 
@@ -264,7 +265,7 @@ pub(super) fn mission(seed: u64, number: u64) -> Mission {
     let faults = (0..count).map(RobotId).filter_map(fault).collect();
     let brief = brief_of(&mut chance, Account::ActionsWithoutWaits, grid);
     let brief = Brief {
-        profile: chance.pick(&Profile::ALL),
+        profile: chance.pick(&PROFILES),
         limits: Limits { steps_max: chance.between(8, 26), decision_budget_ns: 600_000_000 },
         guard: Guard { hazard_max: chance.pick(&[1.0, 1.0, 0.3, 0.06, 0.0]), ..guard(seed, number) },
         ..brief

@@ -24,12 +24,13 @@ impl Body for Hopper {
     fn may(&self, oracle: &Oracle, _number: usize, action: Action) -> bool {
         match action {
             Action::Wait => oracle.mission.brief.account != Account::Hopper,
+            Action::Up(_) => self.motion.vertical,
             _ => matches!(action, Action::Hold | Action::Hop(_)),
         }
     }
 
     fn is_blocked(&self, oracle: &Oracle, number: usize, action: Action) -> bool {
-        let Action::Hop(direction) = action else { return false };
+        let Some(direction) = action.hop() else { return false };
         let aim = oracle.mission.brief.grid.hop(oracle.turns.actors[number].cell, direction);
         oracle.is_occupied(number, aim)
     }
@@ -43,7 +44,7 @@ impl Body for Hopper {
         if actor.fails() {
             return Arrival::stays(actor, Branch::Stranded, Flight::default());
         }
-        let (Action::Hop(direction), Some(ground)) = (action, terrain.ground(from)) else {
+        let (Some(direction), Some(ground)) = (action.hop(), terrain.ground(from)) else {
             return Arrival::stays(actor, Branch::Held, Flight::default());
         };
         let robot = RobotId(number as u16);
@@ -56,9 +57,14 @@ impl Body for Hopper {
             return Arrival { outcome, at: actor.at, detail: Some(detail) };
         }
         let uniform = Draw::new(*seed, Domain::Motion, robot, decision).uniform();
-        let drawn = motion::transition(&self.motion, ground, direction).branch(uniform);
+        let is_up = matches!(action, Action::Up(_));
         let is_checked = matches!(mission.dynamics, Dynamics::Collision(_));
-        let collides = is_checked && collision::collides(self, mission, from, direction, drawn);
+        let (drawn, collides) = if is_up {
+            collision::vertical(self, mission, from, direction, uniform)
+        } else {
+            let drawn = motion::transition(&self.motion, ground, direction).branch(uniform);
+            (drawn, is_checked && collision::collides(self, mission, from, direction, drawn))
+        };
         let branch = if collides { Branch::Stayed } else { drawn };
         let aim = terrain.ground(brief.grid.hop(from, direction));
         let rise_m = aim.map_or(0.0, |aim| aim.height_m - ground.height_m);
@@ -67,14 +73,26 @@ impl Body for Hopper {
         let flight = motion::flight(&self.motion, &brief.grid, ground.soil, rise_m);
         let outcome = Outcome { branch, from, to, flight };
         let law = Arrival { outcome, at: actor.at, detail: None };
-        if is_checked { collision::told(self, mission, direction, collides, law) } else { law }
+        match (is_checked, is_up) {
+            (false, _) => law,
+            (true, false) => collision::told(self, mission, direction, collides, law),
+            (true, true) => collision::told_up(self, mission, direction, collides, law),
+        }
     }
 
     fn dangerous(&self, oracle: &Oracle, number: usize, known: &[Option<Ground>]) -> Vetoed {
         let hazard_max = oracle.mission.brief.guard.hazard_max;
         let hazard = |action: &Action| hazard(self, oracle, number, known, *action);
-        let hazards = Action::ALL.into_iter().filter(|action| hazard(action) > hazard_max);
-        hazards.fold(Vetoed::NONE, Vetoed::with)
+        let from = oracle.turns.actors[number].cell;
+        let is_offered = |action: &Action| match action.hop() {
+            Some(direction) => offer(self, oracle, from, known, direction) == Some(*action),
+            None => true,
+        };
+        // Whoever has not the vertical hop is not told that it is dangerous: its command is malformed.
+        let may = |action: &Action| self.may(oracle, number, *action);
+        let vetoed = Action::ALL.into_iter().filter(may);
+        let vetoed = vetoed.filter(|action| !is_offered(action) || hazard(action) > hazard_max);
+        vetoed.fold(Vetoed::NONE, Vetoed::with)
     }
 
     /// The hop that nothing speaks against and whose aim is nearest to its goal, of equals the first of north, east, south and west;
@@ -96,15 +114,17 @@ impl Body for Hopper {
             index.is_some_and(|index| known[index].is_none_or(|ground| ground.passable))
         };
         let aim = |direction: &Direction| grid.hop(at, *direction);
-        let is_open =
-            |direction: &Direction| !vetoed.has(Action::Hop(*direction)) && is_passable(aim(direction));
+        let hop = |direction: &Direction| {
+            offer(self, oracle, at, known, *direction).unwrap_or(Action::Hop(*direction))
+        };
+        let is_open = |direction: &Direction| !vetoed.has(hop(direction)) && is_passable(aim(direction));
         let away = |direction: &Direction| {
             let aim = aim(direction);
             (aim.x - goal.x).pow(2) + (aim.y - goal.y).pow(2)
         };
         let nearest = Direction::ALL.into_iter().filter(is_open).min_by_key(away);
-        let hop = nearest.map(|direction| (Action::Hop(direction), Origin::Greedy));
-        Some(hop.unwrap_or((Action::Hold, Origin::Hold)))
+        let nearest = nearest.map(|direction| (hop(&direction), Origin::Greedy));
+        Some(nearest.unwrap_or((Action::Hold, Origin::Hold)))
     }
 }
 
@@ -113,11 +133,40 @@ impl Body for Hopper {
 fn hazard(hopper: &Hopper, oracle: &Oracle, number: usize, known: &[Option<Ground>], action: Action) -> f64 {
     let (from, grid) = (oracle.turns.actors[number].cell, &oracle.mission.brief.grid);
     let known = |cell: Cell| known[grid.index(cell)?].as_ref();
-    let (Action::Hop(direction), Some(ground)) = (action, known(from)) else { return 0.0 };
+    let (Some(direction), Some(ground)) = (action.hop(), known(from)) else { return 0.0 };
+    let height_m = |cell| known(cell).map(|ground| ground.height_m);
+    let offered =
+        |direction| collision::offered(hopper, grid, (from, ground), direction, height_m);
     let scatter = motion::transition(&hopper.motion, ground, direction);
+    let probability = |branch: Branch| match offered(direction) {
+        Some((true, rise_m)) => collision::vertical_share(hopper, grid, ground.soil, rise_m, branch),
+        _ => scatter.probability(branch),
+    };
+    // A slip into what is in the way stays.
+    let slips = |branch: &Branch| match branch {
+        Branch::Left => offered(direction.left()).is_some_and(|(is_up, _)| !is_up),
+        Branch::Right => offered(direction.right()).is_some_and(|(is_up, _)| !is_up),
+        _ => true,
+    };
     let ruins = |branch: &Branch| {
         let to = motion::landing(grid, from, direction, *branch);
         !grid.contains(to) || known(to).is_some_and(|ground| !ground.passable)
     };
-    Branch::ALL.into_iter().filter(ruins).map(|branch| scatter.probability(branch)).sum()
+    Branch::ALL.into_iter().filter(slips).filter(ruins).map(probability).sum()
+}
+
+/// The action towards a direction that is offered from `from` on known ground, if one is.
+fn offer(
+    hopper: &Hopper,
+    oracle: &Oracle,
+    from: Cell,
+    known: &[Option<Ground>],
+    direction: Direction,
+) -> Option<Action> {
+    let grid = &oracle.mission.brief.grid;
+    let known = |cell: Cell| known[grid.index(cell)?].as_ref();
+    let Some(ground) = known(from) else { return Some(Action::Hop(direction)) };
+    let height_m = |cell| known(cell).map(|ground| ground.height_m);
+    let (is_up, _) = collision::offered(hopper, grid, (from, ground), direction, height_m)?;
+    Some(if is_up { Action::Up(direction) } else { Action::Hop(direction) })
 }
