@@ -110,8 +110,14 @@ mod tests {
     fn hopper() -> Robots {
         let soil = SoilMotion { intended: 0.8, stuck: 0.1, sideways: 0.05, flights: 1 };
         let (hard, sand, gravity_mps2) = (soil, soil, 3.72);
-        let motion =
-            MotionParameters { hard, sand, slope_limit_rad: 0.5, launch_angle_rad: 0.8, gravity_mps2 };
+        let motion = MotionParameters {
+            hard,
+            sand,
+            slope_limit_rad: 0.5,
+            launch_angle_rad: 0.8,
+            gravity_mps2,
+            vertical: false,
+        };
         let gradient = GradientSource::Measured;
         let sensor =
             SensorParameters { gain: 2.0, offset_m: 1.0, radius_min_m: 1.0, radius_max_m: 9.0, gradient };

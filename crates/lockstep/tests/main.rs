@@ -6,4 +6,5 @@ mod accompanied;
 mod coverage;
 mod mixed;
 mod own_planner;
+mod rocks;
 mod scouting;

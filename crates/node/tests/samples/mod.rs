@@ -71,6 +71,7 @@ pub fn brief() -> Brief {
         slope_limit_rad: 0.5,
         launch_angle_rad: 0.78,
         gravity_mps2: 3.71,
+        vertical: false,
     };
     let sensor = SensorParameters {
         gain: 2.0,
