@@ -147,7 +147,7 @@ fn planners_hop_up_and_none_is_refused() {
         text.replace(old, new)
     });
     let world = scenario::Scenario::parse(&text, "a wall").unwrap().resolve().unwrap();
-    for planner in ["mdp", "greedy", "astar", "dstar_lite"] {
+    for planner in ["mdp", "greedy", "astar", "dstar_lite", "clairvoyant"] {
         let mut ups = 0;
         for seed in 0..40 {
             let (flown, records) = fly(&world, seed, planner);

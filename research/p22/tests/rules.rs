@@ -4,9 +4,10 @@
 
 use contract::Direction::{East, North, South, West};
 use contract::{Cell, Soil};
-use p22::{
-    Choice, Edge, Experiment, GoalPayoff, HalfHops, Hop, KnownMap, LongHops, Model, P22, Reading, Rocks,
-};
+use p22::{Choice, Edge, Experiment, GoalPayoff, HalfHops, Hop, KnownMap, LongHops, Model, P22, Reading};
+
+/// Height of the low rock, metres.
+const LOW_M: f64 = 0.25;
 
 struct Offered<'a> {
     world: &'a KnownMap,
@@ -49,7 +50,7 @@ fn where_the_flight_at_45_degrees_collides_the_vertical_hop_takes_its_place() {
         [Hop::Forward(North), Hop::Up(East), Hop::Forward(South), Hop::Forward(West)]
     );
     let (up, landings) = before_rock.choice(Hop::Up(East));
-    let failing = Rocks::LOW_M / (0.5 * 80f64.to_radians().sin().powi(2));
+    let failing = LOW_M / (0.5 * 80f64.to_radians().sin().powi(2));
     assert!((up.scatter.intended - 0.7 * (1.0 - failing)).abs() < 1e-12, "{up:?}");
     assert!((up.scatter.stayed - failing).abs() < 1e-12, "{up:?}");
     assert_eq!(landings, [(10, 11), (9, 11), (9, 12), (9, 10)].map(|(x, y)| Some(Cell::new(x, y))));
@@ -66,7 +67,7 @@ fn nothing_hops_at_the_tall_rock_and_a_slip_into_it_is_bounced_off() {
     assert_eq!(landings, [(2, 5), (2, 4), (1, 4), (2, 4)].map(|(x, y)| Some(Cell::new(x, y))));
     let up_there = model.choices.iter().zip(&model.landings).filter(|(choice, _)| choice.hop.is_up());
     for (choice, landings) in up_there {
-        assert_eq!(world.ground[landings[0].index].height_m, Rocks::LOW_M, "{choice:?}");
+        assert_eq!(world.ground[landings[0].index].height_m, LOW_M, "{choice:?}");
     }
 }
 
