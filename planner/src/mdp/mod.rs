@@ -5,6 +5,7 @@ pub mod hunt;
 pub mod model;
 pub mod online_model;
 pub mod policy;
+pub mod seen_ground;
 pub mod treasure_sets;
 
 use contract::{Action, Name, PolicyCell};
@@ -14,6 +15,7 @@ use solver::{GoalSearch, Solver};
 use self::hunt::Hunt;
 use self::model::Model;
 use self::online_model::OnlineModel;
+use self::seen_ground::SeenGround;
 use self::treasure_sets::TreasureSets;
 use crate::names;
 use crate::plan::{Budget, Plan, PlanStatus, Planner, Pulse, Situation};
@@ -32,6 +34,7 @@ use crate::plan::{Budget, Plan, PlanStatus, Planner, Pulse, Situation};
 ///   do not take the guard into account; where leaving the map and impassable ground have a price, as in profile
 ///   `hopper`, there is little to veto.
 /// - **Known treasures** are planned for by [`treasure_sets`], with one model for each set of them, solved from nothing.
+/// - **Readings of P23** that plan over seen ground alone are solved by [`seen_ground`].
 /// - **A hunt** ([`hunt`]) values treasures higher, and looks for those not yet seen; its model is solved from nothing too.
 #[derive(Clone, Debug, Default)]
 pub struct Mdp {
@@ -41,6 +44,8 @@ pub struct Mdp {
     is_online: bool,
     /// The model of the last plan, if it was solved from nothing; `solver` has its values.
     model: Option<Model>,
+    /// The solution of the last plan, if the reading plans over seen ground alone.
+    seen_ground: Option<SeenGround>,
     solver: Solver,
     treasures: TreasureSets,
 }
@@ -53,9 +58,15 @@ impl Planner for Mdp {
     fn plan(&mut self, situation: &Situation<'_>, budget: &Budget) -> Plan {
         let here = situation.state.pose.cell;
         self.model = None;
+        self.seen_ground = None;
         self.is_online = false;
         if here == situation.leg().goal {
             return Plan::at_once(Action::Hold, PlanStatus::Solved);
+        }
+        if seen_ground::is_asked(situation.leg()) {
+            let (plan, solution) = SeenGround::plan(situation);
+            self.seen_ground = solution;
+            return plan;
         }
         let hunt = Hunt::of(situation);
         let is_plain = situation.map.treasures().is_empty() && !hunt.is_some_and(|hunt| hunt.searches());
@@ -89,6 +100,9 @@ impl Planner for Mdp {
     }
 
     fn policy(&mut self) -> Option<Vec<PolicyCell>> {
+        if let Some(solution) = &mut self.seen_ground {
+            return Some(solution.policy());
+        }
         if self.is_online {
             return self.online.as_mut().map(OnlineModel::policy);
         }
