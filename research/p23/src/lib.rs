@@ -11,6 +11,7 @@
 
 mod agreement;
 mod cell_beside_paper;
+mod claims;
 mod comparison;
 mod csv_records;
 mod markdown_report;
