@@ -13,7 +13,7 @@ use ::campaign::{Study, StudyPlan};
 use node::Failure;
 use rayon::prelude::*;
 
-pub use team::Planner;
+pub use team::{Planner, is_0};
 
 /// Version of what decides the rows of studies: that of `hopper`, and a hash of the sources that only studies use.
 pub fn version() -> String {

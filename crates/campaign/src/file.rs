@@ -1,6 +1,6 @@
 //! Reads campaign files: the grid, and how often each cell is flown.
 
-use contract::{DistanceNorm, MotionModel, Name, Profile};
+use contract::{DistanceNorm, MotionModel, Name, Profile, UnseenGround};
 use scenario::{CellPoint, OpenPoints, Scenario, TerrainSource};
 use serde::{Deserialize, Serialize};
 
@@ -72,6 +72,9 @@ pub struct NamedReading {
     /// As `opening_steps` there.
     #[serde(default)]
     pub opening_steps: u64,
+    /// As `unseen` there.
+    #[serde(default)]
+    pub unseen: UnseenGround,
     /// As `ground_at` of generated hills at given places; other ground has no such choice.
     #[serde(default)]
     pub ground_at: CellPoint,
@@ -80,8 +83,9 @@ pub struct NamedReading {
 impl NamedReading {
     /// The scenario under this reading.
     pub(crate) fn applied_to(&self, mut scenario: Scenario) -> Scenario {
-        let Self { leaving, distance, distance_scale_cells, opening_steps, ground_at, .. } = *self;
-        scenario.brief.reading = OpenPoints { leaving, distance, distance_scale_cells, opening_steps };
+        let Self { leaving, distance, distance_scale_cells, opening_steps, unseen, ground_at, .. } = *self;
+        scenario.brief.reading =
+            OpenPoints { leaving, distance, distance_scale_cells, opening_steps, unseen };
         if let TerrainSource::Gaussians(source) = &mut scenario.truth.terrain {
             source.ground_at = ground_at;
         }

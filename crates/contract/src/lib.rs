@@ -67,7 +67,7 @@ pub use mission::brief::{Brief, Guard, Limits, Payoff, Priors, Weights};
 pub use mission::goal::*;
 pub use mission::leg::Leg;
 pub use mission::pace::Pace;
-pub use mission::reading::{DistanceNorm, Reading};
+pub use mission::reading::{DistanceNorm, Reading, UnseenGround};
 pub use mission::robot::{Placement, Robot, Robots};
 pub use mission::sampling::Sampling;
 pub use mission::sensor::*;

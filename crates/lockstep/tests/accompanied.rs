@@ -40,10 +40,10 @@ fn own_planners(world: &ResolvedScenario) -> PlannerSchedule {
 fn the_built_in_scenario_keeps_its_digest() {
     let world = world(&[]);
     let (flown, records) = fly(&world, 1, &own_planners(&world));
-    assert_eq!((flown.state.status, records.len()), (Status::Goal, 130));
+    assert_eq!((flown.state.status, records.len()), (Status::Goal, 158));
     assert_eq!(
         flown.state.digest.to_string(),
-        "a627bce72785b653f99af67e3f745388374a838f7b2d4fd5a713f0c359896e52"
+        "33ef51a6026898dcba64bf7026c021ac17820ea56b86e5179d2fc3ffed45b8d5"
     );
 }
 

@@ -4,11 +4,13 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 
 use contract::{
-    Action, Branch, Brief, MonotonicNs, Name, Record, Robot, RobotId, Route, RunId, State, Status, Waypoint,
+    Action, Branch, Brief, MonotonicNs, Name, Profile, Record, Robot, RobotId, Route, RunId, State, Status,
+    Waypoint,
 };
 use hopper_sim::Mission;
 use lockstep::{Flown, PlannerSchedule};
 use p21::{Arm, Outcome, RoverPlanner, Samples, Setup, World, announce, monte_carlo};
+use planner::drive::CLEARANCE_M;
 use planner::{Budget, DRIVE_ALGORITHMS, Plan, Planner, Situation};
 use rover::Point;
 use scenario::Scenario;
@@ -128,7 +130,12 @@ fn compare(what: &str, flown: &Flown, records: &[Record], expected: &Outcome, he
 
 /// The study's outcome on the world of a seed, with the seed that planners of the mission are given.
 fn studied(world: &World, arm: Arm, planner: RoverPlanner, seed: u64) -> Outcome {
-    let setup = Setup::new(planner, Samples::MONTE_CARLO);
+    studied_with(world, arm, planner, seed, CLEARANCE_M)
+}
+
+/// The same, where `ett_exact` keeps a clearance.
+fn studied_with(world: &World, arm: Arm, planner: RoverPlanner, seed: u64, clearance_m: f64) -> Outcome {
+    let setup = Setup { clearance_m, ..Setup::new(planner, Samples::MONTE_CARLO) };
     let announced = announce(world, &setup, seed);
     p21::fly(world, arm, &setup, seed, announced.as_ref())
 }
@@ -167,6 +174,29 @@ fn the_mission_of_each_arm_is_that_of_the_study_on_dozens_of_worlds() {
         }
     }
     assert!(replanned > worlds / 10 && stuck > 0, "{replanned} replanned, {stuck} stuck of {worlds}");
+}
+
+/// P-SCOUT-STUDY.
+#[test]
+fn in_the_papers_profile_exact_routes_keep_no_clearance() {
+    let mut differ = 0;
+    for seed in 1..=6_u64 {
+        let world = monte_carlo(seed);
+        let robots = [("driver", "ett_exact"), ("helicopter", "rrt_star_it")];
+        let [near, clear] = [(Profile::Paper2023, 0.0), (Profile::Hopper, CLEARANCE_M)].map(|of| {
+            let (profile, clearance_m) = of;
+            let (mut mission, schedule) = mission(seed, &robots, 0.01);
+            mission.brief.profile = profile;
+            let planner_seed = mission.brief.sampling.unwrap().seed;
+            let arm = Arm::InformationTheoretic;
+            let expected = studied_with(&world, arm, RoverPlanner::EttExact, planner_seed, clearance_m);
+            let (flown, records) = fly(mission, &schedule);
+            compare(&format!("world {seed}, {profile}"), &flown, &records, &expected, true);
+            expected
+        });
+        differ += usize::from(near.route != clear.route);
+    }
+    assert!(differ > 3, "{differ} of 6 routes are others with a clearance");
 }
 
 /// P-SENSOR-LIVE: A mission whose helicopter has a camera that errs flies through the turns of all
@@ -313,7 +343,8 @@ fn the_mission_in_several_stages_is_that_of_the_study() {
                     let (mission, schedule) = mission_in(seed, &robots, 0.01, accuracy, stages);
                     let planner_seed = mission.brief.sampling.unwrap().seed;
                     let one = Setup::new(planner, Samples::MONTE_CARLO);
-                    let setup = Setup { stages, sensor: sensor.map(|sensor| (sensor, seed)), ..one };
+                    let sensor = sensor.map(|sensor| (sensor, seed));
+                    let setup = Setup { stages, sensor, clearance_m: CLEARANCE_M, ..one };
                     let announced = announce(&world, &setup, planner_seed);
                     let expected = p21::fly(&world, arm, &setup, planner_seed, announced.as_ref());
                     let (flown, records) = fly(mission, &schedule);

@@ -1,28 +1,47 @@
 //! The route of least expected travel time, searched completely.
 //!
 //! The search is optimal on the graph of cell middles with 16 neighbours each (king's and knight's moves), whose edges cost the
-//! exact integral over the cells they cross. The route is then pulled tight, which also frees it from the cell middles.
+//! exact integral over the cells they cross. The route is then pulled tight, which also frees it from the cell middles. With a
+//! clearance, moves and straight lines that come nearer to forbidden cells are left out ([`KeptClear`]).
 //! [`lower_bound`](fn@crate::lower_bound) says how much cheaper any route could be.
 
 use std::f64::consts::SQRT_2;
 
 use rover::{CostMap, Point, Segment};
 
-use crate::shorten::pull_tight;
-use crate::{Goal, Route, Trip};
+use crate::kept_clear::distance_m;
+use crate::shorten::{pull_tight, pull_tight_clear};
+use crate::{Goal, KeptClear, Route, Trip};
 
-/// The route, or none if the goal cannot be reached.
+/// The route, or none if no route to the goal keeps the clearance from forbidden cells: 0 for none.
 #[must_use]
-pub fn ett_exact(costs: &CostMap, trip: &Trip) -> Option<Route> {
-    let mut points = graph_route(costs, trip)?.points;
-    pull_tight(costs, &mut points);
+pub fn ett_exact(costs: &CostMap, trip: &Trip, clearance_m: f64) -> Option<Route> {
+    if clearance_m <= 0.0 {
+        let mut points = graph_route(costs, trip)?.points;
+        pull_tight(costs, &mut points);
+        return Some(Route::new(costs, points));
+    }
+    let kept = KeptClear::new(costs, trip, clearance_m);
+    let mut points =
+        Search::new(costs, trip.goal, Some(Clearance::new(&kept, clearance_m))).run(trip.start)?.points;
+    pull_tight_clear(&kept, &mut points);
     Some(Route::new(costs, points))
+}
+
+/// The route with the clearance that it keeps: the one asked for or, where no route keeps that, none.
+#[must_use]
+pub fn ett_exact_or_closer(costs: &CostMap, trip: &Trip, clearance_m: f64) -> Option<(Route, f64)> {
+    let clear = ett_exact(costs, trip, clearance_m).map(|route| (route, clearance_m));
+    if clearance_m <= 0.0 {
+        return clear;
+    }
+    clear.or_else(|| Some((ett_exact(costs, trip, 0.0)?, 0.0)))
 }
 
 /// The cheapest route on the graph alone, before it is pulled tight.
 #[must_use]
 pub fn graph_route(costs: &CostMap, trip: &Trip) -> Option<Route> {
-    Search::new(costs, trip.goal).run(trip.start)
+    Search::new(costs, trip.goal, None).run(trip.start)
 }
 
 /// A move to a neighbour: the cells it crosses, each with the same length.
@@ -77,6 +96,46 @@ const fn line(number: usize) -> usize {
     }
 }
 
+/// Which moves keep clear of forbidden cells.
+struct Clearance<'a> {
+    kept: &'a KeptClear<'a>,
+    /// For each move, the cells that it comes too near to, as (columns, rows) from its first.
+    too_near: [Vec<(isize, isize)>; MOVES.len()],
+}
+
+impl<'a> Clearance<'a> {
+    fn new(kept: &'a KeptClear<'a>, clearance_m: f64) -> Self {
+        let rings = clearance_m.ceil() as isize + 2;
+        let too_near = std::array::from_fn(|number| {
+            let Move { columns, rows, .. } = MOVES[number];
+            let to = Point::new(columns as f64 + 0.5, rows as f64 + 0.5);
+            let segment = Segment { from: Point::new(0.5, 0.5), to };
+            let square = -rings..=rings;
+            let cells = square.clone().flat_map(|row| square.clone().map(move |column| (column, row)));
+            let is_too_near = |(column, row): &(isize, isize)| {
+                kept.is_closer(distance_m(segment, Point::new(*column as f64, *row as f64)))
+            };
+            cells.filter(is_too_near).collect()
+        });
+        Self { kept, too_near }
+    }
+
+    /// The moves from a cell that come too near to a forbidden one, a bit each.
+    fn blocked(&self, cell: usize) -> u32 {
+        let lattice = self.kept.costs().lattice();
+        let (width, height) = (lattice.width() as isize, lattice.height() as isize);
+        let (column, row) = (cell as isize % width, cell as isize / width);
+        let is_kept_from = |(columns, rows): &(isize, isize)| {
+            let (column, row) = (column + columns, row + rows);
+            (0..width).contains(&column)
+                && (0..height).contains(&row)
+                && self.kept.is_kept_from((row * width + column) as usize)
+        };
+        let blocked = self.too_near.iter().enumerate().filter(|(_, cells)| cells.iter().any(is_kept_from));
+        blocked.fold(0, |blocked, (number, _)| blocked | 1 << number)
+    }
+}
+
 /// A forbidden margin, so that no move has to ask whether it leaves the map.
 const MARGIN: usize = 2;
 /// In place of a move: the edge from the start.
@@ -91,6 +150,7 @@ const JOINED: isize = 2;
 struct Search<'a> {
     costs: &'a CostMap,
     goal: Goal,
+    clearance: Option<Clearance<'a>>,
     stride: usize,
     /// Cost per metre on the plane with the margin around.
     padded: Vec<f64>,
@@ -111,7 +171,7 @@ struct Search<'a> {
 }
 
 impl<'a> Search<'a> {
-    fn new(costs: &'a CostMap, goal: Goal) -> Self {
+    fn new(costs: &'a CostMap, goal: Goal, clearance: Option<Clearance<'a>>) -> Self {
         let lattice = costs.lattice();
         let stride = lattice.width() + 2 * MARGIN;
         let cells = stride * (lattice.height() + 2 * MARGIN);
@@ -124,6 +184,7 @@ impl<'a> Search<'a> {
         Self {
             costs,
             goal,
+            clearance,
             stride,
             padded,
             reached: vec![f64::INFINITY; cells],
@@ -155,7 +216,7 @@ impl<'a> Search<'a> {
         let mut best: Option<(f64, usize)> = None;
         let direct = Segment { from: start, to: goal.nearest(start) };
         let mut direct_cost =
-            if goal.distance_m(start) < near_m { self.costs.segment(direct) } else { f64::INFINITY };
+            if goal.distance_m(start) < near_m { self.segment(direct) } else { f64::INFINITY };
         while self.queued > 0 {
             let limit = best.map_or(f64::INFINITY, |best| best.0);
             if self.origin + self.current as f64 * self.breadth > limit {
@@ -174,7 +235,7 @@ impl<'a> Search<'a> {
             let centre = self.centre(cell);
             if goal.distance_m(centre) < near_m {
                 let last = Segment { from: centre, to: goal.nearest(centre) };
-                let cost = reached + self.costs.segment(last);
+                let cost = reached + self.segment(last);
                 if cost < best.map_or(f64::INFINITY, |best| best.0) {
                     best = Some((cost, cell));
                 }
@@ -218,7 +279,7 @@ impl<'a> Search<'a> {
         for row in (row - JOINED).max(0)..=(row + JOINED).min(lattice.height() as isize - 1) {
             for column in (column - JOINED).max(0)..=(column + JOINED).min(lattice.width() as isize - 1) {
                 let cell = (row as usize + MARGIN) * self.stride + column as usize + MARGIN;
-                let cost = self.costs.segment(Segment { from: start, to: self.centre(cell) });
+                let cost = self.segment(Segment { from: start, to: self.centre(cell) });
                 if cost < f64::INFINITY {
                     opened.push((cost, cell));
                 }
@@ -229,6 +290,14 @@ impl<'a> Search<'a> {
         for (cost, cell) in opened {
             self.reached[cell] = cost;
             self.push(cost, cell, self.centre(cell));
+        }
+    }
+
+    /// The cost of a segment that is no move.
+    fn segment(&self, segment: Segment) -> f64 {
+        match &self.clearance {
+            Some(clearance) => clearance.kept.segment(segment),
+            None => self.costs.segment(segment),
         }
     }
 
@@ -274,6 +343,7 @@ impl<'a> Search<'a> {
         centre: Point,
         rate: impl Fn(&Self, (isize, isize), usize) -> f64,
     ) {
+        let blocked = self.clearance.as_ref().map_or(0, |clearance| clearance.blocked(self.on_map(cell)));
         let mut own = [0.0; LINES.len()];
         for (line, own) in own.iter_mut().enumerate() {
             *own = rate(self, (0, 0), line);
@@ -286,7 +356,7 @@ impl<'a> Search<'a> {
                 const STEP: &Move = &MOVES[$number];
                 let (line, to) = (const { line($number) }, self.offset(cell, STEP.columns, STEP.rows));
                 // Most moves lead back: their cost need not be looked up.
-                if reached + own[line] * STEP.piece_m < self.reached[to] {
+                if reached + own[line] * STEP.piece_m < self.reached[to] && blocked & (1 << $number) == 0 {
                     // Infinite if one of them is forbidden.
                     let mut rates = own[line] + rate(self, (STEP.columns, STEP.rows), line);
                     for between in STEP.between {
@@ -349,8 +419,22 @@ mod tests {
         CostMap::new(Arc::new(surface), (0..side * side).map(cost).collect())
     }
 
+    /// The cost of a segment, infinite if one of all forbidden cells of the map is nearer than the clearance, but for those that are
+    /// as near to the ends of the trip.
+    fn clear(costs: &CostMap, trip: &Trip, clearance_m: f64, segment: Segment) -> f64 {
+        let width = costs.lattice().width();
+        let far = |segment: Segment, cell: usize| {
+            let corner = Point::new((cell % width) as f64, (cell / width) as f64);
+            distance_m(segment, corner) >= clearance_m - 1e-9
+        };
+        let ends = [trip.start, trip.goal.at].map(|at| Segment { from: at, to: at });
+        let forbidden = (0..costs.lattice().cells()).filter(|cell| costs.costs()[*cell] == f64::INFINITY);
+        let mut counted = forbidden.filter(|cell| ends.iter().all(|end| far(*end, *cell)));
+        if counted.all(|cell| far(segment, cell)) { costs.segment(segment) } else { f64::INFINITY }
+    }
+
     /// Bellman-Ford over the same graph, with the edges integrated by traversal.
-    fn reference(costs: &CostMap, trip: &Trip) -> f64 {
+    fn reference(costs: &CostMap, trip: &Trip, clearance_m: f64) -> f64 {
         let lattice = costs.lattice();
         let (width, height) = (lattice.width() as isize, lattice.height() as isize);
         let middle = lattice.cell(trip.start);
@@ -362,7 +446,7 @@ mod tests {
         let mut reached: Vec<f64> = (0..lattice.cells())
             .map(|cell| {
                 let segment = Segment { from: trip.start, to: lattice.centre(cell) };
-                if near(cell) { costs.segment(segment) } else { f64::INFINITY }
+                if near(cell) { clear(costs, trip, clearance_m, segment) } else { f64::INFINITY }
             })
             .collect();
         loop {
@@ -374,7 +458,8 @@ mod tests {
                     if (0..width).contains(&column) && (0..height).contains(&row) {
                         let to = (row * width + column) as usize;
                         let segment = Segment { from: lattice.centre(cell), to: lattice.centre(to) };
-                        reached[to] = reached[to].min(reached[cell] + costs.segment(segment));
+                        let cost = clear(costs, trip, clearance_m, segment);
+                        reached[to] = reached[to].min(reached[cell] + cost);
                     }
                 }
             }
@@ -387,7 +472,7 @@ mod tests {
             let centre = lattice.centre(cell);
             if trip.goal.distance_m(centre) < SQRT_5 + 0.1 {
                 let last = Segment { from: centre, to: trip.goal.nearest(centre) };
-                best = best.min(reached + costs.segment(last));
+                best = best.min(reached + clear(costs, trip, clearance_m, last));
             }
         }
         best
@@ -416,18 +501,58 @@ mod tests {
             let map = map(seed, flat, 14);
             let goal = Goal { at: Point::new(to.0, to.1), radius_m };
             let trip = Trip { start: Point::new(from.0, from.1), goal };
-            let expected = reference(&map, &trip);
+            let expected = reference(&map, &trip, 0.0);
             match graph_route(&map, &trip) {
                 None => prop_assert_eq!(expected, f64::INFINITY),
                 Some(route) => {
                     prop_assert!((route.cost - expected).abs() < 1e-9, "{} against {}", route.cost, expected);
                     prop_assert!((map.way(&route.points) - route.cost).abs() < 1e-6);
-                    let pulled = ett_exact(&map, &trip).unwrap();
+                    let pulled = ett_exact(&map, &trip, 0.0).unwrap();
                     prop_assert!(pulled.cost <= route.cost + 1e-9);
                     prop_assert!(goal.distance_m(*pulled.points.last().unwrap()) < 1e-9);
                 }
             }
         }
+        /// P-ROUTE-CLEAR: With a clearance `ett_exact` is optimal among the ways of its graph that keep it,
+        /// and its route keeps it after it is pulled tight.
+        #[test]
+        fn a_route_with_a_clearance_is_the_best_that_keeps_it(
+            seed in any::<u64>(), flat in any::<bool>(), radius_m in 0.0..3.0_f64,
+            clearance_m in prop_oneof![Just(0.5), 0.01..1.6_f64],
+            from in (0.0..=5.0_f64, 0.0..=14.0_f64), to in (9.0..=14.0_f64, 0.0..=14.0_f64),
+        ) {
+            let map = map(seed, flat, 14);
+            let goal = Goal { at: Point::new(to.0, to.1), radius_m };
+            let trip = Trip { start: Point::new(from.0, from.1), goal };
+            let expected = reference(&map, &trip, clearance_m);
+            let route = ett_exact(&map, &trip, clearance_m);
+            prop_assert_eq!(route.is_some(), expected < f64::INFINITY, "{}", expected);
+            if let Some(route) = route {
+                prop_assert!(route.cost <= expected + 1e-9, "{} against {}", route.cost, expected);
+                for pair in route.points.windows(2) {
+                    let segment = Segment { from: pair[0], to: pair[1] };
+                    prop_assert!(clear(&map, &trip, clearance_m - 1e-6, segment) < f64::INFINITY);
+                }
+                prop_assert!(goal.distance_m(*route.points.last().unwrap()) < 1e-9);
+                let (kept, asked) = ett_exact_or_closer(&map, &trip, clearance_m).unwrap();
+                prop_assert_eq!((kept, asked), (route, clearance_m));
+            }
+        }
+    }
+
+    #[test]
+    fn where_no_route_keeps_the_clearance_there_is_one_without() {
+        let lattice = Lattice::new(9, 9).unwrap();
+        // A wall with a gap of one cell.
+        let cost = |cell: usize| if cell % 9 == 4 && cell / 9 != 4 { f64::INFINITY } else { 1.0 };
+        let map = CostMap::new(Arc::new(Surface::flat(lattice)), (0..81).map(cost).collect());
+        let goal = Goal { at: Point::new(7.5, 4.5), radius_m: 1.0 };
+        let trip = Trip { start: Point::new(1.5, 2.5), goal };
+        assert!(ett_exact(&map, &trip, 0.6).is_none());
+        let (closer, clearance_m) = ett_exact_or_closer(&map, &trip, 0.6).unwrap();
+        assert_eq!((closer, clearance_m), (ett_exact(&map, &trip, 0.0).unwrap(), 0.0));
+        let half = ett_exact(&map, &trip, 0.5).unwrap();
+        assert!(half.cost > ett_exact(&map, &trip, 0.0).unwrap().cost, "it costs something to keep clear");
     }
 
     #[test]
@@ -436,7 +561,7 @@ mod tests {
         let map = CostMap::new(Arc::new(Surface::flat(lattice)), vec![0.005; 6000]);
         let goal = Goal { at: Point::new(93.0, 47.0), radius_m: 3.0 };
         let trip = Trip { start: Point::new(4.2, 7.7), goal };
-        let route = ett_exact(&map, &trip).unwrap();
+        let route = ett_exact(&map, &trip, 0.0).unwrap();
         let straight = 0.005 * goal.distance_m(trip.start);
         assert!((route.cost / straight - 1.0).abs() < 1e-3, "{} against {straight}", route.cost);
     }

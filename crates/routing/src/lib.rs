@@ -15,6 +15,7 @@
 
 mod bucket_grid;
 mod ett_exact;
+mod kept_clear;
 mod lower_bound;
 mod route;
 mod rrt_star;
@@ -25,7 +26,8 @@ mod shorten;
 mod stream;
 
 pub use bucket_grid::BucketGrid;
-pub use ett_exact::{ett_exact, graph_route};
+pub use ett_exact::{ett_exact, ett_exact_or_closer, graph_route};
+pub use kept_clear::KeptClear;
 pub use lower_bound::lower_bound;
 pub use route::{Goal, Route, Trip};
 pub use rrt_star::{RrtStar, rrt_star, rrt_star_ett};

@@ -244,7 +244,7 @@ mod tests {
             let map = CostMap::new(Arc::new(Surface::flat(lattice)), (0..400).map(cost).collect());
             let goal = Goal { at: Point::new(to.0, to.1), radius_m };
             let trip = Trip { start: Point::new(from.0, from.1), goal };
-            if let Some(route) = ett_exact(&map, &trip) {
+            if let Some(route) = ett_exact(&map, &trip, 0.0) {
                 let bound = lower_bound(&map, &trip);
                 prop_assert!(bound <= route.cost + 1e-9, "{} above {}", bound, route.cost);
             }

@@ -562,7 +562,7 @@ mod tests {
         let mut known = belief.clone();
         helicopter::scout(&mut known, &truth, &flight, 12.0);
         let costs = known.expected_time(Caution::default());
-        let route = crate::ett_exact(&costs, &trip).unwrap();
+        let route = crate::ett_exact(&costs, &trip, 0.0).unwrap();
         assert!(route.points.iter().all(|point| point.y_m < 50.0), "{:?} after {flight:?}", route.points);
     }
 

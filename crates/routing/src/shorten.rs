@@ -2,7 +2,43 @@
 
 use rover::{CostMap, Point, Segment};
 
+use crate::KeptClear;
 use crate::stream::Stream;
+
+/// What segments cost, infinite where they may not lead.
+trait Ways {
+    fn costs(&self) -> &CostMap;
+    fn within(&self, segment: Segment, limit: f64) -> f64;
+    fn way(&self, points: &[Point]) -> f64;
+}
+
+impl Ways for CostMap {
+    fn costs(&self) -> &CostMap {
+        self
+    }
+
+    fn within(&self, segment: Segment, limit: f64) -> f64 {
+        self.within(segment, limit)
+    }
+
+    fn way(&self, points: &[Point]) -> f64 {
+        self.way(points)
+    }
+}
+
+impl Ways for KeptClear<'_> {
+    fn costs(&self) -> &CostMap {
+        self.costs()
+    }
+
+    fn within(&self, segment: Segment, limit: f64) -> f64 {
+        self.within(segment, limit)
+    }
+
+    fn way(&self, points: &[Point]) -> f64 {
+        self.way(points)
+    }
+}
 
 /// Tries `count` times to replace the way between two random points of a route by a straight line, and keeps what is cheaper.
 pub fn random_shortcuts(costs: &CostMap, points: &mut Vec<Point>, count: usize, random: &mut Stream) {
@@ -46,21 +82,30 @@ const STEPS_M: [f64; 6] = [2.0, 1.0, 0.5, 0.25, 0.1, 0.05];
 ///
 /// Never dearer than before: every change is measured by the exact integral.
 pub fn pull_tight(costs: &CostMap, points: &mut Vec<Point>) {
+    pull(costs, points);
+}
+
+/// [`pull_tight`] along ways that keep clear of forbidden cells.
+pub(crate) fn pull_tight_clear(kept: &KeptClear<'_>, points: &mut Vec<Point>) {
+    pull(kept, points);
+}
+
+fn pull(ways: &impl Ways, points: &mut Vec<Point>) {
     straighten(points);
     loop {
         let before = points.len();
-        skip(costs, points);
+        skip(ways, points);
         if points.len() == before {
             break;
         }
     }
     for _ in 0..3 {
-        let before = costs.way(points);
+        let before = ways.way(points);
         for step_m in STEPS_M {
-            move_points(costs, points, step_m);
+            move_points(ways, points, step_m);
         }
-        skip(costs, points);
-        if costs.way(points) > before * (1.0 - 1e-5) {
+        skip(ways, points);
+        if ways.way(points) > before * (1.0 - 1e-5) {
             break;
         }
     }
@@ -86,16 +131,16 @@ fn straighten(points: &mut Vec<Point>) {
 }
 
 /// The cheapest way along some of the waypoints, in their order.
-fn skip(costs: &CostMap, points: &mut Vec<Point>) {
+fn skip(ways: &impl Ways, points: &mut Vec<Point>) {
     let mut best = vec![(0.0, 0); points.len()];
     for to in 1..points.len() {
         let mut found = (f64::INFINITY, to - 1);
         for from in (to.saturating_sub(SKIPPED_MAX)..to).rev() {
             let so_far: f64 = best[from].0;
-            let bound = so_far + points[from].distance_m(points[to]) * costs.least();
+            let bound = so_far + points[from].distance_m(points[to]) * ways.costs().least();
             if bound < found.0 {
                 let segment = Segment { from: points[from], to: points[to] };
-                let cost = so_far + costs.within(segment, found.0.min(f64::MAX) - so_far);
+                let cost = so_far + ways.within(segment, found.0.min(f64::MAX) - so_far);
                 // Of equal ones the longest leg.
                 if cost <= found.0 {
                     found = (cost, from);
@@ -112,7 +157,7 @@ fn skip(costs: &CostMap, points: &mut Vec<Point>) {
 }
 
 /// Moves each inner waypoint a step in the best of eight directions, as long as that is cheaper.
-fn move_points(costs: &CostMap, points: &mut [Point], step_m: f64) {
+fn move_points(ways: &impl Ways, points: &mut [Point], step_m: f64) {
     const DIRECTIONS: [(f64, f64); 8] = [
         (1.0, 0.0),
         (1.0, 1.0),
@@ -125,18 +170,18 @@ fn move_points(costs: &CostMap, points: &mut [Point], step_m: f64) {
     ];
     for at in 1..points.len().saturating_sub(1) {
         let (before, after) = (points[at - 1], points[at + 1]);
-        let mut cost = costs.way(&points[at - 1..=at + 1]);
+        let mut cost = ways.way(&points[at - 1..=at + 1]);
         let moves_max = 8;
         for _ in 0..moves_max {
             let here = points[at];
             for (dx, dy) in DIRECTIONS {
                 let there = Point::new(here.x_m + dx * step_m, here.y_m + dy * step_m);
-                let bound = (before.distance_m(there) + there.distance_m(after)) * costs.least();
-                if bound >= cost || !costs.lattice().contains(there) {
+                let bound = (before.distance_m(there) + there.distance_m(after)) * ways.costs().least();
+                if bound >= cost || !ways.costs().lattice().contains(there) {
                     continue;
                 }
-                let first = costs.within(Segment { from: before, to: there }, cost);
-                let whole = first + costs.within(Segment { from: there, to: after }, cost - first);
+                let first = ways.within(Segment { from: before, to: there }, cost);
+                let whole = first + ways.within(Segment { from: there, to: after }, cost - first);
                 if whole < cost {
                     cost = whole;
                     points[at] = there;

@@ -1,6 +1,6 @@
 //! Sections `[brief]` and `[limits]` of a scenario.
 
-use contract::{DistanceNorm, Profile, Reading};
+use contract::{DistanceNorm, Profile, Reading, UnseenGround};
 #[cfg(test)]
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -90,6 +90,10 @@ pub struct OpenPoints {
     /// Steps counted for the first observation, before any hop.
     #[serde(skip_serializing_if = "is_default")]
     pub opening_steps: u64,
+    /// What landing on unseen ground is to planner `mdp`: as on `flat` hard ground, or `stays`, `leaves`, `ends` the plan.
+    #[serde(skip_serializing_if = "is_default")]
+    #[cfg_attr(test, schemars(with = "String", extend("enum" = ["flat", "stays", "leaves", "ends"])))]
+    pub unseen: UnseenGround,
 }
 
 /// A value that is given, or found by surveying the whole map when the scenario is resolved.
@@ -190,8 +194,8 @@ impl OpenPoints {
         if let Some(scale) = self.distance_scale_cells.filter(|scale| scale.is_nan() || *scale < 1e-3) {
             return refuse("brief.reading.distance_scale_cells", "a distance of at least 0.001", scale);
         }
-        let Self { leaving, distance, distance_scale_cells, opening_steps } = *self;
-        Ok(Reading { leaving, distance, distance_scale_cells, opening_steps })
+        let Self { leaving, distance, distance_scale_cells, opening_steps, unseen } = *self;
+        Ok(Reading { leaving, distance, distance_scale_cells, opening_steps, unseen })
     }
 }
 

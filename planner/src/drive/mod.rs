@@ -10,14 +10,19 @@
 //! next point of the route is taken when its turn comes, the rover announces another route, or waits; it gives up if a robot
 //! that has stopped for good is there and no other route leads past it.
 
-use contract::{Account, Action, Goal, Name, Robot, Route, Standing, Travel, Waypoint};
-use routing::{Trip, ett_exact, rrt_star, rrt_star_ett};
+use contract::{Account, Action, Goal, Name, Profile, Robot, Route, Standing, Travel, Waypoint};
+use routing::{KeptClear, Trip, ett_exact_or_closer, rrt_star, rrt_star_ett};
 use rover::{Belief, Caution, Point};
 
 use crate::names;
 use crate::others::occupant;
 use crate::plan::{Budget, Plan, PlanStatus, Planner, Situation};
 use crate::uncertain::{Around, Turn, announcement, trip};
+
+/// How far `ett_exact` keeps from forbidden cells in profile `hopper`, metres: half a cell. In the paper's it keeps no distance.
+///
+/// A route without goes along the edges of forbidden cells, so that the least error on the way leads onto them.
+pub const CLEARANCE_M: f64 = 0.5;
 
 /// How a rover's route is searched.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -26,7 +31,8 @@ pub enum RouteSearch {
     Shortest,
     /// `rrt_star_ett`: least expected travel time over safe ground.
     ExpectedTime,
-    /// `ett_exact`: the same, searched completely.
+    /// `ett_exact`: the same, searched completely; in profile `hopper` at [`CLEARANCE_M`] from forbidden cells where there is such a
+    /// route.
     Exact,
 }
 
@@ -45,16 +51,28 @@ impl Drive {
         Self { search, announced: None }
     }
 
-    /// A route on what is known, with random numbers of `seed`.
-    fn route(&self, turn: &Turn<'_>, belief: &Belief, trip: &Trip, seed: u64) -> Option<routing::Route> {
+    /// A route on what is known, with random numbers of `seed`, and how far it keeps from forbidden cells.
+    fn route(
+        &self,
+        turn: &Turn<'_>,
+        belief: &Belief,
+        trip: &Trip,
+        seed: u64,
+    ) -> Option<(routing::Route, f64)> {
         let samples = turn.sampling.rover_samples as usize;
-        match self.search {
+        let costs = || belief.expected_time(Caution::default());
+        let route = match self.search {
             RouteSearch::Shortest => rrt_star(&belief.distance(), trip, samples, seed),
-            RouteSearch::ExpectedTime => {
-                rrt_star_ett(&belief.expected_time(Caution::default()), trip, samples, seed)
+            RouteSearch::ExpectedTime => rrt_star_ett(&costs(), trip, samples, seed),
+            RouteSearch::Exact => {
+                let clearance_m = match turn.brief.profile {
+                    Profile::Paper2023 | Profile::Paper2022 => 0.0,
+                    Profile::Hopper => CLEARANCE_M,
+                };
+                return ett_exact_or_closer(&costs(), trip, clearance_m);
             }
-            RouteSearch::Exact => ett_exact(&belief.expected_time(Caution::default()), trip),
-        }
+        };
+        route.map(|route| (route, 0.0))
     }
 
     fn announce(&mut self, route: &routing::Route) -> Plan {
@@ -105,8 +123,13 @@ impl Drive {
         old: Option<&Vec<Point>>,
     ) -> Option<Plan> {
         let again = self.route(turn, belief, trip, seed);
-        let Some(old) = old else { return again.map(|route| self.announce(&route)) };
-        let kept = routing::Route::new(&belief.expected_time(Caution::default()), old.clone());
+        let Some(old) = old else { return again.map(|(route, _)| self.announce(&route)) };
+        let costs = belief.expected_time(Caution::default());
+        // What was seen since it was planned may lie close to the old route.
+        let clearance_m = again.as_ref().map_or(0.0, |(_, clearance_m)| *clearance_m);
+        let again = again.map(|(route, _)| route);
+        let cost = KeptClear::new(&costs, trip, clearance_m).way(old);
+        let kept = routing::Route { points: old.clone(), cost };
         let cheapest = again.filter(|again| again.cost <= kept.cost).unwrap_or_else(|| kept.clone());
         if cheapest.cost == f64::INFINITY {
             None
@@ -133,7 +156,8 @@ impl Drive {
             return plan;
         }
         let around = turn.belief_around(Around::All);
-        let mut around = around.and_then(|belief| self.route(turn, &belief, trip, !turn.seed()));
+        let around = around.and_then(|belief| self.route(turn, &belief, trip, !turn.seed()));
+        let mut around = around.map(|(route, _)| route);
         // A route along the edge of a cell may have a point that counts as one of the cell. A way around that begins with such a
         // point would be announced again and again.
         if around.as_ref().is_some_and(|route| begins_where_another_is(turn, route)) {

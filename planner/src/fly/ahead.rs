@@ -93,14 +93,19 @@ impl Ready {
     }
 }
 
-/// The cells of a cheapest way, both ends included; `None` if there is none. Among equals, the one that is found first when
-/// cells are expanded in the order of cost and index.
+/// The cells of a cheapest way, both ends included; `None` if there is none. Of equally cheap ones that which strays least from the
+/// straight line from start to goal, so not one along a border; if that is equal too, the one found first when cells are
+/// expanded in the order of cost, straying and index.
 fn cheapest_way(costs: &Costs, grid: &Grid, start: Cell, goal: Cell) -> Option<Vec<Cell>> {
     let (first, last) = (grid.index(start)?, grid.index(goal)?);
-    let mut reached = vec![(FORBIDDEN, first); grid.cells()];
-    reached[first].0 = 0;
-    let mut open = BinaryHeap::from([Reverse((0, first))]);
-    while let Some(Reverse((cost, index))) = open.pop() {
+    // Distance from the line, times its length.
+    let (dx, dy) = (i64::from(goal.x - start.x), i64::from(goal.y - start.y));
+    let off_line =
+        |cell: Cell| (dx * i64::from(cell.y - start.y) - dy * i64::from(cell.x - start.x)).unsigned_abs();
+    let mut reached = vec![((FORBIDDEN, 0), first); grid.cells()];
+    reached[first].0 = (0, 0);
+    let mut open = BinaryHeap::from([Reverse(((0, 0), first))]);
+    while let Some(Reverse(((cost, strayed), index))) = open.pop() {
         if index == last {
             let mut way = vec![last];
             while *way.last()? != first {
@@ -108,7 +113,7 @@ fn cheapest_way(costs: &Costs, grid: &Grid, start: Cell, goal: Cell) -> Option<V
             }
             return Some(way.into_iter().rev().map(|index| grid.cell(index)).collect());
         }
-        if cost > reached[index].0 {
+        if (cost, strayed) > reached[index].0 {
             continue;
         }
         for direction in Direction::ALL {
@@ -117,7 +122,7 @@ fn cheapest_way(costs: &Costs, grid: &Grid, start: Cell, goal: Cell) -> Option<V
                 continue;
             }
             let Some(to) = grid.index(grid.hop(grid.cell(index), direction)) else { continue };
-            let sum = cost.saturating_add(hop);
+            let sum = (cost.saturating_add(hop), strayed + off_line(grid.cell(to)));
             if sum < reached[to].0 {
                 reached[to] = (sum, index);
                 open.push(Reverse((sum, to)));

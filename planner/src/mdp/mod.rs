@@ -6,6 +6,7 @@ pub mod listed_model;
 pub mod model;
 pub mod online_model;
 pub mod policy;
+pub mod seen_ground;
 pub mod treasure_sets;
 
 use contract::{Action, Cell, Name, PolicyCell};
@@ -16,6 +17,7 @@ use self::hunt::Hunt;
 use self::listed_model::ListedModel;
 use self::model::Model;
 use self::online_model::OnlineModel;
+use self::seen_ground::SeenGround;
 use self::treasure_sets::TreasureSets;
 use crate::names;
 use crate::plan::{Budget, Plan, PlanStatus, Planner, Pulse, Situation};
@@ -36,6 +38,7 @@ use crate::plan::{Budget, Plan, PlanStatus, Planner, Pulse, Situation};
 /// - **With the vertical hop**, or in profile `paper-2022`, no slope describes the hops: [`listed_model`] lists them, and is solved from
 ///   nothing, without a hunt.
 /// - **Known treasures** are planned for by [`treasure_sets`], with one model for each set of them, solved from nothing.
+/// - **Readings of P23** that plan over seen ground alone are solved by [`seen_ground`].
 /// - **A hunt** ([`hunt`]) values treasures higher, and looks for those not yet seen; its model is solved from nothing too.
 #[derive(Clone, Debug, Default)]
 pub struct Mdp {
@@ -45,6 +48,8 @@ pub struct Mdp {
     is_online: bool,
     /// The model of the last plan, if it was solved from nothing; `solver` has its values.
     model: Option<Model>,
+    /// The solution of the last plan, if the reading plans over seen ground alone.
+    seen_ground: Option<SeenGround>,
     solver: Solver,
     treasures: TreasureSets,
     /// The last model of listed hops, and whether it is that of the last plan.
@@ -60,6 +65,7 @@ impl Planner for Mdp {
     fn plan(&mut self, situation: &Situation<'_>, budget: &Budget) -> Plan {
         let here = situation.state.pose.cell;
         self.model = None;
+        self.seen_ground = None;
         self.is_online = false;
         self.is_listed = false;
         if here == situation.leg().goal {
@@ -67,6 +73,11 @@ impl Planner for Mdp {
         }
         if listed_model::is_listed(situation.leg()) {
             return self.plan_listed(situation, budget);
+        }
+        if seen_ground::is_asked(situation.leg()) {
+            let (plan, solution) = SeenGround::plan(situation);
+            self.seen_ground = solution;
+            return plan;
         }
         let hunt = Hunt::of(situation);
         let is_plain = situation.map.treasures().is_empty() && !hunt.is_some_and(|hunt| hunt.searches());
@@ -100,6 +111,9 @@ impl Planner for Mdp {
     }
 
     fn policy(&mut self) -> Option<Vec<PolicyCell>> {
+        if let Some(solution) = &mut self.seen_ground {
+            return Some(solution.policy());
+        }
         if self.is_online {
             return self.online.as_mut().map(OnlineModel::policy);
         }

@@ -12,6 +12,7 @@ mod profile;
 mod pulse;
 mod route;
 mod rows;
+mod seen_ground;
 mod treasures;
 mod vetoes;
 mod world;

@@ -89,6 +89,15 @@ impl Account {
     }
 }
 
+impl Sharing {
+    /// Share of the worlds in which the path of Voronoi is at most as long as that of overlap.
+    #[must_use]
+    pub fn voronoi_as_short(&self) -> Estimate {
+        let pairs = self.overlap.ratios.iter().zip(&self.voronoi.ratios);
+        Estimate::mean(pairs.map(|(overlap, voronoi)| f64::from(voronoi <= overlap)))
+    }
+}
+
 impl Ours {
     fn new((spiral, ours): (&Row, &Row)) -> Self {
         let (ground, rovers) = (ours.case.ground, ours.case.rovers as f64);

@@ -17,6 +17,7 @@ mod estimate;
 mod mission;
 mod row;
 mod steps;
+pub mod stop_rule;
 
 pub use account::{Account, Ours, Sampling, Sharing, row};
 pub use case::{Case, Ground, PAPER};

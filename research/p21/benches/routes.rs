@@ -180,7 +180,7 @@ fn quality() {
     for seed in 10_001..10_001 + WORLDS {
         let world = monte_carlo(seed);
         let exact =
-            |belief: &Belief| ett_exact(&belief.expected_time(Caution::default()), &world.trip).unwrap();
+            |belief: &Belief| ett_exact(&belief.expected_time(Caution::default()), &world.trip, 0.0).unwrap();
         let announced = announce(&world, &setup, seed);
         let Some(route) = &announced else { continue };
         let best = exact(&world.prior);
@@ -220,7 +220,7 @@ fn exact() {
             "Dijkstra to the goal",
             ROUNDS,
             |_| {
-                black_box(ett_exact(&costs, &world.trip));
+                black_box(ett_exact(&costs, &world.trip, 0.0));
             },
             |_| {
                 black_box(plain::dijkstra(&costs, start, Some(goal.at)));
@@ -231,7 +231,7 @@ fn exact() {
             &format!("the same with the goal walled in, so that it searches the whole map, {name}"),
             "Dijkstra to all cells",
             ROUNDS,
-            |_| assert!(ett_exact(&closed, &world.trip).is_none()),
+            |_| assert!(ett_exact(&closed, &world.trip, 0.0).is_none()),
             |_| {
                 black_box(plain::dijkstra(&closed, start, None));
             },
@@ -298,7 +298,7 @@ fn neighbours() {
 fn samples() {
     let world = monte_carlo(10_001);
     let costs = world.prior.expected_time(Caution::default());
-    let exact = ett_exact(&costs, &world.trip).unwrap().cost;
+    let exact = ett_exact(&costs, &world.trip, 0.0).unwrap().cost;
     for iterations in [1200, 8000, 100_000] {
         let mut sol = 0.0;
         let ms = (0..3).map(|round| {
@@ -317,8 +317,8 @@ fn raster(path: &str) {
     let mut route = None;
     let (mut directed_ms, mut whole_ms, mut plain_ms) = (Vec::new(), Vec::new(), Vec::new());
     for _ in 0..ROUNDS {
-        directed_ms.push(timed_ms(|| route = ett_exact(&costs, &trip)));
-        whole_ms.push(timed_ms(|| ett_exact(&closed, &trip)));
+        directed_ms.push(timed_ms(|| route = ett_exact(&costs, &trip, 0.0)));
+        whole_ms.push(timed_ms(|| ett_exact(&closed, &trip, 0.0)));
         plain_ms.push(timed_ms(|| plain::dijkstra(&costs, trip.start, None)));
     }
     println!("ett_exact: {:.1} ms, {:.4} Sol", median(directed_ms), route.unwrap().cost);

@@ -208,9 +208,9 @@ mod tests {
             world.truth.speeds[short] == rover::Speed::Fast
         });
         let world = good.expect("a good short way is likely");
-        let prior = ett_exact(&world.prior.expected_time(Caution::default()), &world.trip).unwrap();
+        let prior = ett_exact(&world.prior.expected_time(Caution::default()), &world.trip, 0.0).unwrap();
         let knowing = world.truth.known(Arc::clone(world.prior.surface())).unwrap();
-        let best = ett_exact(&knowing.expected_time(Caution::default()), &world.trip).unwrap();
+        let best = ett_exact(&knowing.expected_time(Caution::default()), &world.trip, 0.0).unwrap();
         assert!(prior.points.iter().any(|point| point.y_m > 630.0), "around the northern end");
         assert!(best.points.iter().all(|point| point.y_m < 450.0), "around the southern end");
         assert!(best.cost < 0.7 * prior.cost, "{} against {}", best.cost, prior.cost);

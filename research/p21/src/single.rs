@@ -182,6 +182,36 @@ impl SingleGrid {
         reward - (self.time(path, CellType::expected) - fastest) / CELLS as f64
     }
 
+    /// [`SingleGrid::utility`] where the error of a type, eq. 9's ε, is halved at each further cell of it, since cells of one type
+    /// are alike here: what that adds to the type's weight is a reward too. The paper adapts ε in words and gives no rule.
+    #[must_use]
+    pub fn adapting_utility(&self, path: &[usize], fastest: f64) -> f64 {
+        let mut errors: Vec<Option<f64>> = vec![None; self.types.len()];
+        let mut reward = 0.0;
+        for (step, cell) in path.iter().enumerate() {
+            let of = self.type_of[*cell];
+            let kind = &self.types[of];
+            let (error, before) = match errors[of] {
+                None => (ERROR, 0.0),
+                Some(error) => (error / 2.0, kind.reward(error)),
+            };
+            errors[of] = Some(error);
+            reward += DISCOUNT.powi(step as i32) * (kind.reward(error) - before);
+        }
+        reward - (self.time(path, CellType::expected) - fastest) / CELLS as f64
+    }
+
+    /// The path of the greatest [`SingleGrid::adapting_utility`]; of equal ones the first.
+    ///
+    /// # Panics
+    /// If there is none.
+    #[must_use]
+    pub fn best_adapting<'a>(&self, paths: &'a [Vec<usize>]) -> &'a [usize] {
+        let fastest = self.time(self.best(paths, Choice::ExpectedTime), CellType::expected);
+        let costs = paths.iter().map(|path| (-self.adapting_utility(path, fastest), path));
+        costs.min_by(|a, b| a.0.total_cmp(&b.0)).expect("there are paths").1
+    }
+
     /// The best of `paths`; of equal ones the first.
     ///
     /// # Panics
@@ -281,6 +311,26 @@ mod tests {
         let known = grid.information(&path);
         assert!((known[0] - first / (first + second)).abs() < 1e-12 && (known[8] - 1.0).abs() < 1e-12);
         assert_eq!(known[5], known[0]);
+    }
+
+    #[test]
+    fn a_further_cell_of_a_type_halves_its_error_and_pays_the_difference() {
+        let grid = halves();
+        let path = [0, 1, 2, 3, 4, 9, 14, 19, 24];
+        // Five more cells of the first type (½), two more of the second (¾): ε of 0.05, 0.025, …
+        let weight = |chance: f64, error: f64| libm::log2(1.0 / (chance + error));
+        let gains = |chance: f64, first: usize, cells: usize| -> f64 {
+            let gain = |further: usize| {
+                let error = |halvings: usize| 0.1 / (1 << halvings) as f64;
+                let more = weight(chance, error(further)) - weight(chance, error(further - 1));
+                0.98_f64.powi((first + further) as i32) * more
+            };
+            (1..=cells).map(gain).sum()
+        };
+        let more = gains(0.5, 0, 5) * 10.0 * 2.0 / 25.0 + gains(0.75, 6, 2) * 15.0 * 2.0 / 25.0;
+        let utility = grid.utility(&path, 15.0);
+        assert!((grid.adapting_utility(&path, 15.0) - (utility + more)).abs() < 1e-12);
+        assert!(more > 0.0);
     }
 
     #[test]

@@ -16,6 +16,13 @@ pub struct Spread {
     pub high: f64,
 }
 
+impl From<Spread> for (f64, f64) {
+    /// The interval.
+    fn from(Spread { low, high, .. }: Spread) -> Self {
+        (low, high)
+    }
+}
+
 impl Spread {
     /// The mean of `values` with its normal interval.
     #[must_use]

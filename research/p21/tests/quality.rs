@@ -12,7 +12,7 @@ fn the_exact_search_is_close_to_a_proven_bound_and_rrt_star_is_not_below_it() {
         let world = monte_carlo(seed);
         let costs = world.prior.expected_time(Caution::default());
         let bound = lower_bound(&costs, &world.trip);
-        let exact = ett_exact(&costs, &world.trip).unwrap().cost;
+        let exact = ett_exact(&costs, &world.trip, 0.0).unwrap().cost;
         let sampled = rrt_star_ett(&costs, &world.trip, Samples::MONTE_CARLO.rover, seed).unwrap().cost;
         println!("world {seed}: bound {bound:.4}, exact {exact:.4}, RRT* {sampled:.4} Sol");
         assert!(bound <= exact && exact <= 1.04 * bound, "{exact} against a bound of {bound}");

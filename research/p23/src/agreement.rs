@@ -19,7 +19,7 @@ pub struct Agreement {
     /// Their reading of the paper's open points, in a campaign that compares some.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reading: Option<String>,
-    /// Whether they are those of the large map. The paper shows it in a figure only, so they cannot be reproduced.
+    /// Whether they are those of the large map, which is another than the paper's.
     pub large_map: bool,
     /// Cells within two standard errors.
     pub within_2: usize,

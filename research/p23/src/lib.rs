@@ -11,6 +11,8 @@
 
 mod agreement;
 mod cell_beside_paper;
+pub mod claim;
+mod claims;
 mod comparison;
 mod csv_records;
 mod markdown_report;

@@ -9,7 +9,13 @@ use campaign::notation::{
 
 use crate::agreement::Agreement;
 use crate::cell_beside_paper::CellBesidePaper;
+use crate::claim::Claim;
 use crate::paper_report::PaperReport;
+
+/// With its sign, two decimals.
+fn signed_number(value: Option<f64>) -> String {
+    value.map_or("-".into(), |value| format!("{value:+.2}"))
+}
 
 impl PaperReport<'_> {
     /// The report as a page of Markdown: cells, planners, and, where asked for, the paper.
@@ -23,9 +29,14 @@ impl PaperReport<'_> {
             text += &self.agreement_text();
         }
         if !self.tests.is_empty() {
-            text += "## The paper's t-tests\n\nMDP against greedy: sizes of t. \"From its tables\" is Student's t with \
-                     pooled variance from the paper's own counts, means and deviations; ours is Welch's.\n\n";
+            text += "## The paper's t-tests\n\nMDP against greedy: t, above 0 where the MDP has more; the paper prints no \
+                     signs. \"From its tables\" is Student's t with pooled variance from the paper's own counts, means \
+                     and deviations; ours is Welch's.\n\n";
             text += &self.test_table();
+        }
+        if !self.claims.is_empty() {
+            text += "## The paper's claims\n\nThose of profile paper-2023; a verdict needs the whole 95 % interval on one side.\n\n";
+            text += &self.claim_table();
         }
         text
     }
@@ -93,6 +104,10 @@ impl PaperReport<'_> {
         text
     }
 
+    fn claim_table(&self) -> String {
+        table(Claim::HEADINGS, &self.claims.iter().map(Claim::cells).collect::<Vec<_>>())
+    }
+
     fn test_table(&self) -> String {
         let rows = self.tests.iter().map(|test| {
             let [safety, information] = test.weights;
@@ -103,8 +118,8 @@ impl PaperReport<'_> {
                 test.of.into(),
                 number(test.paper_t, 3),
                 format!("{:.2}", test.paper_critical),
-                number(test.paper_recomputed_t, 2),
-                number(test.ours.as_ref().map(|welch| welch.t.abs()), 2),
+                signed_number(test.paper_recomputed_t),
+                signed_number(test.ours.as_ref().map(|welch| welch.t)),
                 number(test.ours.as_ref().map(|welch| welch.critical), 2),
                 test.oddity().unwrap_or_default().into(),
             ]

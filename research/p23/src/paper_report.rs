@@ -5,6 +5,8 @@ use serde::ser::{Serialize, SerializeStruct as _, Serializer};
 
 use crate::agreement::{Agreement, agreements};
 use crate::cell_beside_paper::CellBesidePaper;
+use crate::claim::Claim;
+use crate::claims::claims;
 use crate::paper_tests::{PaperTest, paper_tests};
 
 /// The results of a campaign beside the paper's. Serialised, it is the JSON report.
@@ -18,6 +20,8 @@ pub struct PaperReport<'a> {
     pub against: Vec<Agreement>,
     /// The paper's t-tests and ours; empty unless asked for.
     pub tests: Vec<PaperTest>,
+    /// The paper's claims, each with a verdict; empty unless asked for.
+    pub claims: Vec<Claim>,
 }
 
 impl<'a> PaperReport<'a> {
@@ -25,14 +29,15 @@ impl<'a> PaperReport<'a> {
     #[must_use]
     pub fn against_paper(results: &'a CampaignResults<'a>) -> Self {
         let cells: Vec<_> = results.cells.iter().map(CellBesidePaper::compared).collect();
-        Self { results, against: agreements(&cells), tests: paper_tests(&cells), cells }
+        let (against, tests) = (agreements(&cells), paper_tests(&cells));
+        Self { results, against, tests, claims: claims(&cells), cells }
     }
 
     /// The results alone, in the same form.
     #[must_use]
     pub fn alone(results: &'a CampaignResults<'a>) -> Self {
         let cells = results.cells.iter().map(|results| CellBesidePaper { results, paper: None }).collect();
-        Self { results, cells, against: Vec::new(), tests: Vec::new() }
+        Self { results, cells, against: Vec::new(), tests: Vec::new(), claims: Vec::new() }
     }
 }
 
@@ -41,7 +46,7 @@ impl Serialize for PaperReport<'_> {
         // Not by #[serde(flatten)]: the cells take the place of those of the results.
         let CampaignResults { campaign, seed, version, hash, trials, flown, cells: _, planners } =
             self.results;
-        let mut fields = serializer.serialize_struct("PaperReport", 10)?;
+        let mut fields = serializer.serialize_struct("PaperReport", 11)?;
         fields.serialize_field("campaign", campaign)?;
         fields.serialize_field("seed", seed)?;
         fields.serialize_field("version", version)?;
@@ -52,6 +57,7 @@ impl Serialize for PaperReport<'_> {
         fields.serialize_field("planners", planners)?;
         fields.serialize_field("against", &self.against)?;
         fields.serialize_field("tests", &self.tests)?;
+        fields.serialize_field("claims", &self.claims)?;
         fields.end()
     }
 }

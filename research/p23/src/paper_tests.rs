@@ -7,7 +7,7 @@ use serde::Serialize;
 use crate::cell_beside_paper::CellBesidePaper;
 use crate::tables::{self, PublishedTest};
 
-/// One of the paper's t-tests of greedy against MDP, and ours. Only sizes of t: the paper prints no signs.
+/// One of the paper's t-tests of greedy against MDP, and ours. The paper prints sizes of t; its tables give the signs.
 #[derive(Clone, Debug, Serialize)]
 pub struct PaperTest {
     /// Number of the table in the paper.
@@ -24,9 +24,9 @@ pub struct PaperTest {
     pub paper_critical: f64,
     /// Whether the paper's text claims that the null hypothesis is rejected.
     pub paper_claims_rejection: bool,
-    /// Student's t from the paper's own counts, means and deviations.
+    /// Student's t from the paper's own counts, means and deviations: above 0 where the MDP has more.
     pub paper_recomputed_t: Option<f64>,
-    /// Welch's test of our trials.
+    /// Welch's test of our trials: above 0 where the MDP has more.
     pub ours: Option<Welch>,
 }
 
@@ -61,7 +61,7 @@ impl PaperTest {
     #[must_use]
     pub fn oddity(&self) -> Option<&'static str> {
         let t = self.paper_t?;
-        let follows = self.paper_recomputed_t.is_some_and(|own| (own - t).abs() < 0.02 * t + 0.01);
+        let follows = self.paper_recomputed_t.is_some_and(|own| (own.abs() - t).abs() < 0.02 * t + 0.01);
         match (self.paper_claims_rejection == (t > self.paper_critical), follows) {
             (false, true) => Some("its text claims the contrary"),
             (false, false) => Some("its text claims the contrary; does not follow from its tables"),

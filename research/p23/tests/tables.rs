@@ -18,7 +18,7 @@ fn the_papers_own_t_values_follow_from_its_tables_but_for_four() {
             assert_eq!((test.table, test.weights), (14, [1.0, 0.0]));
             continue;
         };
-        if (t - own).abs() > 0.015 * t + 0.005 {
+        if (t - own.abs()).abs() > 0.015 * t + 0.005 {
             strange.push((test.table, t));
         }
     }
@@ -52,4 +52,13 @@ fn every_published_treasure_was_collected_by_a_success() {
         }
     }
     assert_eq!((tables::all().count(), tables::tests().count()), (30, 15));
+}
+
+/// At (0, 1) on sandy ground the paper's own tables have greedy behind; so have all others with a sign but those of hard ground.
+#[test]
+fn its_tables_have_the_mdp_ahead_wherever_the_text_names_a_difference_beyond_hard_ground() {
+    for test in tables::tests().filter(|test| test.table != 5) {
+        let Some(t) = test.from_its_own_numbers() else { continue };
+        assert_eq!(t > 0.0, test.of_treasures(), "Table {} {:?}: {t}", test.table, test.weights);
+    }
 }

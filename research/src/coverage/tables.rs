@@ -1,7 +1,9 @@
 //! The study as tables of text or Markdown, and as records.
 
 use node::Failure;
-use p19::{Account, Ours, Row, Sharing};
+use p19::stop_rule::{self, StopRule};
+use p19::{Account, Ours, PLANNERS, Row, Sharing, row};
+use rayon::prelude::*;
 use serde::Serialize;
 
 use super::{claims, figures};
@@ -16,6 +18,8 @@ use crate::studies::coverage::Coverage;
 pub struct Report {
     #[serde(flatten)]
     account: Account,
+    /// The paper's rule to stop beside ours.
+    stop_rule: Vec<StopRule>,
     claims: Vec<Claim>,
 }
 
@@ -24,7 +28,7 @@ impl Report {
     pub fn new(seed: u64, worlds: &[FlownWorld<Coverage>]) -> Self {
         let worlds: Vec<_> = worlds.iter().map(|world| (world.seed, world.outcomes.as_slice())).collect();
         let account = Account::new(seed, &worlds);
-        Self { claims: claims::all(&account), account }
+        Self { claims: claims::all(&account), stop_rule: by_the_papers_rule(&account), account }
     }
 }
 
@@ -42,6 +46,7 @@ impl report::Report for Report {
         [
             ("Path ratio of one rover, 20 × 20 cells (Fig. 6)", single(form, fig_6)),
             ("Path ratio of teams at 95 %, spiral (Fig. 8)", sharing(form, fig_8)),
+            ("Path ratio of one rover by the paper's rule to stop", stopped(form, &self.stop_rule)),
             ("Path ratio of cover_frontier beside spiral", ours(form, beside)),
         ]
         .map(|(words, table)| heading(form, words) + &table)
@@ -110,10 +115,38 @@ fn single(form: Form, rows: &[Row]) -> String {
     table(form, ["planner", "covered", "path ratio (95 %)", "sd"], &rows)
 }
 
+/// Flies the paper's planners again by its rule to stop.
+fn by_the_papers_rule(account: &Account) -> Vec<StopRule> {
+    let on_world = |seed: &u64| {
+        PLANNERS.map(|algorithm| stop_rule::steps(algorithm, *seed).expect("it has ended by our rule"))
+    };
+    let flown: Vec<_> = account.seeds.par_iter().map(on_world).collect();
+    let ours = |algorithm, percent| row(&account.single, algorithm, percent).ratios.clone();
+    stop_rule::compared(&flown, ours)
+}
+
+fn stopped(form: Form, rows: &[StopRule]) -> String {
+    let rows: Vec<_> = rows
+        .iter()
+        .map(|row| {
+            [
+                row.algorithm.to_string(),
+                format!("{} %", row.percent),
+                format!("{} of {}", row.runs - row.stopped, row.runs),
+                row.mean.written(3),
+                row.longer.written(4),
+            ]
+        })
+        .collect();
+    let headings = ["planner", "covered", "never stops in", "path ratio (95 %)", "more than by ours"];
+    table(form, headings, &rows)
+}
+
 fn sharing(form: Form, sharing: &[Sharing]) -> String {
     let rows: Vec<_> = sharing
         .iter()
-        .map(|Sharing { overlap, voronoi }| {
+        .map(|both| {
+            let Sharing { overlap, voronoi } = both;
             [
                 format!("{0} × {0}", overlap.case.ground.side),
                 overlap.case.rovers.to_string(),
@@ -122,10 +155,21 @@ fn sharing(form: Form, sharing: &[Sharing]) -> String {
                 voronoi.mean.written(4),
                 format!("{:.4}", voronoi.sd),
                 format!("{:.2}", voronoi.mean.value / overlap.mean.value),
+                both.voronoi_as_short().times(100.0).written(1),
             ]
         })
         .collect();
-    table(form, ["cells", "rovers", "overlap (95 %)", "sd", "Voronoi (95 %)", "sd", "times"], &rows)
+    let headings = [
+        "cells",
+        "rovers",
+        "overlap (95 %)",
+        "sd",
+        "Voronoi (95 %)",
+        "sd",
+        "times",
+        "% of worlds with Voronoi as short",
+    ];
+    table(form, headings, &rows)
 }
 
 fn ours(form: Form, ours: &[Ours]) -> String {

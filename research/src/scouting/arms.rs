@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use crate::form::{Form, table};
 use crate::report::{cells_of, headings_of, number, percent};
-use crate::studies::Planner;
+use crate::studies::{Planner, is_0};
 
 /// What all missions of a study were flown with; field names are those of the JSON.
 #[derive(Clone, Copy, Debug, Serialize)]
@@ -20,6 +20,9 @@ pub struct Conditions {
     /// Nothing where the helicopter does not err.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub accuracy: Option<f64>,
+    /// How far `ett_exact` keeps from forbidden cells where it can, metres.
+    #[serde(skip_serializing_if = "is_0")]
+    pub clearance_m: f64,
 }
 
 /// What all arms came to; field names are those of the JSON.
@@ -46,6 +49,12 @@ impl Conditions {
     pub fn of_sensor(&self) -> String {
         let right = |accuracy: f64| format!(", {} % of the helicopter's readings right", 100.0 * accuracy);
         self.accuracy.map_or(String::new(), right)
+    }
+
+    /// What a title adds where routes keep a distance from forbidden cells.
+    pub fn of_clearance(&self) -> String {
+        let clear = |clearance_m: f64| format!(", {clearance_m} m clear of forbidden cells");
+        if self.clearance_m > 0.0 { clear(self.clearance_m) } else { String::new() }
     }
 }
 

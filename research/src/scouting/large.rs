@@ -69,9 +69,10 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
 impl Account {
     /// What the truths come to, in a campaign of seed `seed`.
     pub fn new(settings: Large, seed: u64, worlds: &[FlownWorld<Large>]) -> Self {
-        let Large { map, good, stages, rover, accuracy } = settings;
+        let Large { map, good, stages, rover, accuracy, clearance_m } = settings;
         let samples = Samples::LARGE;
-        let conditions = Conditions { runs: worlds.len() as u64, seed, stages, rover, samples, accuracy };
+        let runs = worlds.len() as u64;
+        let conditions = Conditions { runs, seed, stages, rover, samples, accuracy, clearance_m };
         let arms = Arms::new(conditions, worlds.iter().map(|world| &world.outcomes[0].arms));
         let shown: Vec<Shown> = (0..HELICOPTERS.len()).map(|n| shown(worlds, n)).collect();
         let claims = judge(&arms, &shown);
@@ -95,7 +96,7 @@ fn judge(arms: &Arms, shown: &[Shown]) -> Vec<Claim> {
     let endings = |arm: Arm| &arms.endings[arm as usize];
     let more =
         endings(Arm::InformationTheoretic).more_saved(endings(Arm::ScoutRoute), endings(Arm::SafeRover));
-    let above_0 = |spread| Verdict::within(spread, 0.0, f64::INFINITY);
+    let above_0 = |spread| Verdict::above(spread, 0.0);
     let sooner = |metres: f64| {
         let n = AT_M.iter().position(|at| *at == metres).expect("one of the metres");
         let pairs = shown[1].by_run.iter().zip(&shown[0].by_run);
@@ -137,7 +138,7 @@ fn judge(arms: &Arms, shown: &[Shown]) -> Vec<Claim> {
             "yes",
             "its mean paired saving is below 0",
             percent(along.mean_paired_saving),
-            Verdict::within(along.mean_paired_saving, f64::NEG_INFINITY, 0.0),
+            Verdict::below(along.mean_paired_saving, 0.0),
         ),
         Claim::new(
             "the naive helicopter tends to produce small median improvements",
@@ -158,11 +159,7 @@ fn judge(arms: &Arms, shown: &[Shown]) -> Vec<Claim> {
             "yes",
             "it has shown more than the naive one after 140 m and after 300 m of flight",
             format!("{} and {} thousand m/Sol", number(half, 0), number(whole, 0)),
-            match (above_0(half), above_0(whole)) {
-                (Verdict::Holds, Verdict::Holds) => Verdict::Holds,
-                (Verdict::Fails, _) | (_, Verdict::Fails) => Verdict::Fails,
-                _ => Verdict::Open,
-            },
+            Verdict::all([above_0(half), above_0(whole)]),
         ),
     ]
 }
@@ -174,9 +171,9 @@ impl Report for Account {
     fn title(&self) -> String {
         let conditions = &self.arms.conditions;
         let stages = conditions.of_stages();
-        let (runs, sensor) = (conditions.runs, conditions.of_sensor());
+        let (runs, sensor, clear) = (conditions.runs, conditions.of_sensor(), conditions.of_clearance());
         format!(
-            "Scouting on a made map of {LARGE_SIDE} × {LARGE_SIDE} cells, {runs} truths, {stages}{sensor}"
+            "Scouting on a made map of {LARGE_SIDE} × {LARGE_SIDE} cells, {runs} truths, {stages}{sensor}{clear}"
         )
     }
 

@@ -55,9 +55,10 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
 impl Account {
     /// What the worlds come to, in a campaign of seed `seed`.
     pub fn new(settings: MonteCarlo, seed: u64, worlds: &[FlownWorld<MonteCarlo>]) -> Self {
-        let MonteCarlo { rover, accuracy, stages } = settings;
+        let MonteCarlo { rover, accuracy, stages, clearance_m } = settings;
         let samples = Samples::MONTE_CARLO;
-        let conditions = Conditions { runs: worlds.len() as u64, seed, stages, rover, samples, accuracy };
+        let runs = worlds.len() as u64;
+        let conditions = Conditions { runs, seed, stages, rover, samples, accuracy, clearance_m };
         let arms = Arms::new(conditions, worlds.iter().map(|world| &world.outcomes[0].arms));
         let first = worlds.first().map_or(seed, |world| world.seed);
         Self { claims: judge(&arms), arms, settings, first }
@@ -72,7 +73,8 @@ impl Report for Account {
         let conditions = &self.arms.conditions;
         let stages = Some(conditions).filter(|conditions| conditions.stages > 1);
         let stages = stages.map_or(String::new(), |conditions| format!(", {}", conditions.of_stages()));
-        format!("Scouting on {} random worlds{stages}{}", conditions.runs, conditions.of_sensor())
+        let (sensor, clearance) = (conditions.of_sensor(), conditions.of_clearance());
+        format!("Scouting on {} random worlds{stages}{sensor}{clearance}", conditions.runs)
     }
 
     fn tables(&self, form: Form) -> String {
@@ -131,7 +133,7 @@ fn judge(arms: &Arms) -> Vec<Claim> {
     let lost = |row: &Row| row.stuck + row.without_route;
     let others = [safe, along, informed].map(lost);
     let endings = |arm: Arm| &arms.endings[arm as usize];
-    let above_0 = |spread| Verdict::within(spread, f64::MIN_POSITIVE, f64::INFINITY);
+    let above_0 = |spread| Verdict::above(spread, 0.0);
     let best = endings(Arm::InformationTheoretic);
     let median_below = |arm: &Arm| above_0(best.median_below(endings(*arm)));
     let sd_below = |arm: &Arm| above_0(best.sd_below(endings(*arm)));

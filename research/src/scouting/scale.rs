@@ -110,7 +110,7 @@ fn row((side, paper_mcts_s, paper_mission_s): (usize, Option<f64>, Option<f64>),
     let (value_iteration_s, solution) =
         timed(args.rounds, || GridMdp::new(&world.prior, Some(goal_cell(&world))).solve(TOLERANCE));
     let (ett_exact_s, _) =
-        timed(args.rounds, || ett_exact(&world.prior.expected_time(Caution::default()), &world.trip));
+        timed(args.rounds, || ett_exact(&world.prior.expected_time(Caution::default()), &world.trip, 0.0));
     let setup = Setup::new(RoverPlanner::RrtStarEtt, samples);
     let (mission_s, _) = timed(args.rounds, || {
         let announced = announce(&world, &setup, args.seed);

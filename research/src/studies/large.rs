@@ -9,8 +9,8 @@ use serde::{Deserialize, Serialize};
 
 use super::Flown;
 use super::team::{
-    Planner, STAGES_MAX, all_arms, check_ending, check_probability, check_stages, headings_of_endings,
-    probability,
+    Planner, STAGES_MAX, all_arms, check_clearance, check_ending, check_probability, check_stages, clearance,
+    headings_of_endings, is_0, probability,
 };
 
 /// Metres of flight at which the spread shown is read.
@@ -41,11 +41,15 @@ pub struct Large {
     #[arg(long, value_name = "P", value_parser = probability)]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub accuracy: Option<f64>,
+    /// How far `ett_exact` keeps from forbidden cells where it can, metres.
+    #[arg(long = "clearance", default_value_t = 0.0, value_name = "M", value_parser = clearance)]
+    #[serde(skip_serializing_if = "is_0")]
+    pub clearance_m: f64,
 }
 
 impl Default for Large {
     fn default() -> Self {
-        Self { map: 1, good: 0.8, stages: 1, rover: Planner::default(), accuracy: None }
+        Self { map: 1, good: 0.8, stages: 1, rover: Planner::default(), accuracy: None, clearance_m: 0.0 }
     }
 }
 
@@ -62,7 +66,11 @@ pub struct Truth {
 impl Large {
     /// Every arm on a truth of the map, with routes and flights.
     pub fn outcomes(self, world: &World, seed: u64) -> [Outcome; Arm::ALL.len()] {
-        let setup = Setup { stages: self.stages, ..Setup::new(self.rover.into(), Samples::LARGE) };
+        let setup = Setup {
+            stages: self.stages,
+            clearance_m: self.clearance_m,
+            ..Setup::new(self.rover.into(), Samples::LARGE)
+        };
         all_arms(world, setup, self.accuracy, seed)
     }
 }
@@ -85,6 +93,7 @@ impl Study for Large {
     fn check_settings(&self) -> Result<(), CampaignError> {
         check_probability("good", self.good)?;
         self.accuracy.map_or(Ok(()), |accuracy| check_probability("accuracy", accuracy))?;
+        check_clearance(self.clearance_m)?;
         check_stages(self.stages)
     }
 

@@ -9,8 +9,8 @@ use serde::{Deserialize, Serialize};
 
 use super::Flown;
 use super::team::{
-    Planner, STAGES_MAX, all_arms, check_ending, check_probability, check_stages, headings_of_endings,
-    probability,
+    Planner, STAGES_MAX, all_arms, check_clearance, check_ending, check_probability, check_stages, clearance,
+    headings_of_endings, is_0, probability,
 };
 
 /// Settings: who drives, what the helicopter sees with and how often it flies, in all arms.
@@ -27,11 +27,15 @@ pub struct MonteCarlo {
     /// Flights at most, each before a drive of a Sol; the last drive is as long as it takes.
     #[arg(long, default_value_t = 1, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=STAGES_MAX as i64))]
     pub stages: u32,
+    /// How far `ett_exact` keeps from forbidden cells where it can, metres.
+    #[arg(long = "clearance", default_value_t = 0.0, value_name = "M", value_parser = clearance)]
+    #[serde(skip_serializing_if = "is_0")]
+    pub clearance_m: f64,
 }
 
 impl Default for MonteCarlo {
     fn default() -> Self {
-        Self { rover: Planner::default(), accuracy: None, stages: 1 }
+        Self { rover: Planner::default(), accuracy: None, stages: 1, clearance_m: 0.0 }
     }
 }
 
@@ -46,7 +50,11 @@ pub struct Endings {
 impl MonteCarlo {
     /// Every arm on the world of `seed`, with routes and flights.
     pub fn outcomes(self, seed: u64) -> [Outcome; Arm::ALL.len()] {
-        let setup = Setup { stages: self.stages, ..Setup::new(self.rover.into(), Samples::MONTE_CARLO) };
+        let setup = Setup {
+            stages: self.stages,
+            clearance_m: self.clearance_m,
+            ..Setup::new(self.rover.into(), Samples::MONTE_CARLO)
+        };
         all_arms(&monte_carlo(seed), setup, self.accuracy, seed)
     }
 }
@@ -67,6 +75,7 @@ impl Study for MonteCarlo {
 
     fn check_settings(&self) -> Result<(), CampaignError> {
         self.accuracy.map_or(Ok(()), |accuracy| check_probability("accuracy", accuracy))?;
+        check_clearance(self.clearance_m)?;
         check_stages(self.stages)
     }
 

@@ -49,6 +49,31 @@ pub fn check_probability(field: &'static str, value: f64) -> Result<(), Campaign
     Err(CampaignError::Value { field, need, got: value.to_string() })
 }
 
+/// Most metres that routes keep from forbidden cells.
+const CLEARANCE_MAX_M: f64 = 10.0;
+
+/// A distance that routes may keep from forbidden cells.
+pub fn clearance(text: &str) -> Result<f64, String> {
+    let number: f64 = text.parse().map_err(|error| format!("{error}"))?;
+    let refused = |_| format!("a clearance needs 0 to {CLEARANCE_MAX_M} m");
+    check_clearance(number).map_err(refused).map(|()| number)
+}
+
+/// Refuses a clearance out of its range.
+pub fn check_clearance(value: f64) -> Result<(), CampaignError> {
+    if (0.0..=CLEARANCE_MAX_M).contains(&value) {
+        return Ok(());
+    }
+    let need = format!("0 to {CLEARANCE_MAX_M} metres");
+    Err(CampaignError::Value { field: "clearance_m", need, got: value.to_string() })
+}
+
+/// Whether a setting is at its default of 0, so that what is written down is what it was before there was one.
+#[allow(clippy::trivially_copy_pass_by_ref, reason = "serde passes a reference")]
+pub fn is_0(value: &f64) -> bool {
+    *value == 0.0
+}
+
 /// Most flights of a mission.
 pub const STAGES_MAX: u32 = 20;
 

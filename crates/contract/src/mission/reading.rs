@@ -16,6 +16,28 @@ pub struct Reading {
     pub distance_scale_cells: Option<f64>,
     /// Steps that a mission counts for its first observation, before any hop.
     pub opening_steps: u64,
+    /// What planner `mdp` takes unseen ground for.
+    pub unseen: UnseenGround,
+}
+
+/// What planner `mdp` takes ground for that nobody has seen.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum UnseenGround {
+    /// Flat hard ground: the plan spans the whole map.
+    #[default]
+    Flat,
+    /// No part of the plan: a hop that lands there counts as staying.
+    Stays,
+    /// No part of the plan: a hop that lands there loses the hopper.
+    Leaves,
+    /// No part of the plan: it ends there, and the payoff of the landing, of which all but the distance is a guess, is paid for ever.
+    Ends,
+}
+
+impl UnseenGround {
+    /// In the order of their codes.
+    pub const ALL: [Self; 4] = [Self::Flat, Self::Stays, Self::Leaves, Self::Ends];
 }
 
 /// How the distance between two cells is measured.

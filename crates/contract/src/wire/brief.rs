@@ -12,7 +12,7 @@ use crate::limits::{
 use crate::message::{Capacity, Message, Payload, PublishSubscribe};
 use crate::{
     Account, Brief, Cell, DistanceNorm, Goal, Grid, Guard, Limits, Name, Payoff, Priors, Profile, Reading,
-    Refusal, Robot, Robots, Role, Sampling, Weights,
+    Refusal, Robot, Robots, Role, Sampling, UnseenGround, Weights,
 };
 
 /// Samples of a planner that draws random ones.
@@ -76,7 +76,7 @@ wire! {
             => "brief.reading.distance_scale_cells",
         /// Steps counted for the first observation.
         opening_steps: u64 = by_hand("less than `steps_max`"),
-        /// How the distance D is measured.
+        /// How the distance D is measured, and what the plan takes unseen ground for.
         distance_norm: u32 = tag(norm_code, norm_from_code) => "brief.reading.distance",
         /// Stages after the first of a mission over uncertain ground.
         further_stages: u32 = joint(at_most(Sampling::STAGES_MAX as u64 - 1), "read with samples")
@@ -101,20 +101,20 @@ wire! {
         priors: Priors { safety: safety_range, height_m: height_range_m, treasures },
         limits: Limits { steps_max, decision_budget_ns },
         guard: Guard { hazard_max, deadline_ns },
-        reading: Reading { leaving, distance: distance_norm, distance_scale_cells, opening_steps },
+        reading: Reading { leaving, distance: norm, distance_scale_cells, opening_steps, unseen },
         account,
         sampling,
         robots,
     }
     to_wire {
         let Grid { width, height, cell_size_m, hop_cells } = grid;
-        let weights = &[*safety, *information, *distance];
+        let (distance_norm, weights) = (&(*norm, *unseen), &[*safety, *information, *distance]);
         let (sampling_seed, rover_samples, helicopter_samples, further_stages) =
             &sampling_to_wire(sampling.as_ref());
     }
     from_wire(wire) {
         let grid = grid_from_wire("brief.grid", [width, height], cell_size_m, hop_cells)?;
-        let [safety, information, distance] = weights;
+        let ([safety, information, distance], (norm, unseen)) = (weights, distance_norm);
         if opening_steps >= steps_max {
             let need = format!("less than the {steps_max} steps of the mission");
             return Err(Refusal::malformed("brief.reading.opening_steps", &need, opening_steps));
@@ -134,19 +134,18 @@ wire! {
     pub fn brief_from_wire(cells: &[RobotV1]);
 }
 
-fn norm_code(norm: DistanceNorm) -> u32 {
-    match norm {
+/// The norm in the lowest bit, unseen ground above it: a brief of before there was a choice says the same as ever.
+fn norm_code((norm, unseen): (DistanceNorm, UnseenGround)) -> u32 {
+    let norm = match norm {
         DistanceNorm::Euclidean => 0,
         DistanceNorm::Manhattan => 1,
-    }
+    };
+    2 * unseen as u32 + norm
 }
 
-fn norm_from_code(code: u32) -> Option<DistanceNorm> {
-    match code {
-        0 => Some(DistanceNorm::Euclidean),
-        1 => Some(DistanceNorm::Manhattan),
-        _ => None,
-    }
+fn norm_from_code(code: u32) -> Option<(DistanceNorm, UnseenGround)> {
+    let norm = if code % 2 == 0 { DistanceNorm::Euclidean } else { DistanceNorm::Manhattan };
+    Some((norm, *UnseenGround::ALL.get(code as usize / 2)?))
 }
 
 /// Seed, samples of a rover's and of a helicopter's planner, and stages after the first.

@@ -1,6 +1,6 @@
 //! What of a scenario stands in the brief and in the hash.
 
-use contract::{Cell, DistanceNorm, GradientSource, Profile, Range, Reading};
+use contract::{Cell, DistanceNorm, GradientSource, Profile, Range, Reading, UnseenGround};
 use scenario::{Overrides, Scenario, load};
 
 use crate::{Folder, HILLY, REAL, built_in, grid, hilly, says};
@@ -79,16 +79,17 @@ fn a_reading_is_in_the_brief_and_in_the_hash_only_where_it_differs() {
     let read = |section: &str| {
         Scenario::parse(&format!("{text}\n[brief.reading]\n{section}\n"), "hard").unwrap().resolve()
     };
-    let defaults = read("distance = \"euclidean\"\nopening_steps = 0").unwrap();
+    let defaults = read("distance = \"euclidean\"\nopening_steps = 0\nunseen = \"flat\"").unwrap();
     assert_eq!(defaults.hash, plain.hash, "spelled out, the defaults are the same mission");
     let other =
-        read("leaving = -100.0\ndistance = \"manhattan\"\ndistance_scale_cells = 20.0\nopening_steps = 1")
+        read("leaving = -100.0\ndistance = \"manhattan\"\ndistance_scale_cells = 20.0\nopening_steps = 1\nunseen = \"ends\"")
             .unwrap();
     let reading = Reading {
         leaving: Some(-100.0),
         distance: DistanceNorm::Manhattan,
         distance_scale_cells: Some(20.0),
         opening_steps: 1,
+        unseen: UnseenGround::Ends,
     };
     assert_eq!(other.brief.reading, reading);
     assert_ne!(other.hash, plain.hash);

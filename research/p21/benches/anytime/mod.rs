@@ -111,7 +111,7 @@ fn table(ompl: &str, map: &Path, costs: &CostMap, trip: &Trip, stated: usize, cu
     let mut ours: Vec<Vec<(f64, f64)>> = Vec::new();
     let mut curves = Vec::new();
     for seed in 1..=SEEDS {
-        exact_ms.push(timed_ms(|| exact = ett_exact(costs, trip).unwrap().cost));
+        exact_ms.push(timed_ms(|| exact = ett_exact(costs, trip, 0.0).unwrap().cost));
         ours.push(own_curve(costs, trip, seed));
         curves.push(others(ompl, map, seed));
     }
