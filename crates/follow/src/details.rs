@@ -22,10 +22,10 @@ pub struct DetailFollower {
 }
 
 /// What proves that a detail is that of a decision.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 enum Proof {
     Record(DetailId),
-    State(State),
+    State(Box<State>),
 }
 
 impl DetailFollower {
@@ -50,7 +50,7 @@ impl DetailFollower {
         let Some(decision) = state.decision.0.checked_sub(1) else { return };
         let hops = robots.at(state.robot).is_some_and(|robot| robot.body.hops());
         if hops && !state.names_detail(DetailId::NONE) {
-            self.missing.insert(Decision(decision), Proof::State(*state));
+            self.missing.insert(Decision(decision), Proof::State(Box::new(*state)));
         } else {
             self.missing.remove(&Decision(decision));
         }
