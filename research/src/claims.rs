@@ -1,3 +1,3 @@
-//! Claims of papers: [`campaign::claim`].
+//! Claims of papers: [`p23::claim`].
 
-pub use ::campaign::claim::{Claim, Verdict, not_borne_out};
+pub use p23::claim::{Claim, Verdict, not_borne_out};

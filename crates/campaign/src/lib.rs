@@ -15,7 +15,6 @@
 pub mod cell;
 pub mod cell_results;
 pub mod checksum;
-pub mod claim;
 mod csv_records;
 mod distribution;
 pub mod error;

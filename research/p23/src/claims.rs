@@ -4,12 +4,12 @@
 //! cell that a campaign does not have is left out. Nothing is hidden by a profile or reading that fits better elsewhere.
 
 use campaign::cell_results::CellResults;
-use campaign::claim::{Claim, Verdict};
 use campaign::statistics::{Interval, Sample, welch, wilson};
 use campaign::tally::CellStatistics;
 use contract::Profile;
 
 use crate::cell_beside_paper::CellBesidePaper;
+use crate::claim::{Claim, Verdict};
 use crate::paper_tests::{PaperTest, paper_tests};
 use crate::tables::{self, Published, TRIALS, WEIGHTS};
 

@@ -11,6 +11,7 @@
 
 mod agreement;
 mod cell_beside_paper;
+pub mod claim;
 mod claims;
 mod comparison;
 mod csv_records;

@@ -2,7 +2,6 @@
 
 use std::fmt::Write as _;
 
-use campaign::claim::Claim;
 use campaign::markdown::table;
 use campaign::notation::{
     number, percent, signed, spread, treasures_collected, treasures_of, weights_in_brackets,
@@ -10,6 +9,7 @@ use campaign::notation::{
 
 use crate::agreement::Agreement;
 use crate::cell_beside_paper::CellBesidePaper;
+use crate::claim::Claim;
 use crate::paper_report::PaperReport;
 
 /// With its sign, two decimals.

@@ -1,11 +1,11 @@
 //! The results of a campaign beside those of the paper.
 
-use campaign::claim::Claim;
 use campaign::report::CampaignResults;
 use serde::ser::{Serialize, SerializeStruct as _, Serializer};
 
 use crate::agreement::{Agreement, agreements};
 use crate::cell_beside_paper::CellBesidePaper;
+use crate::claim::Claim;
 use crate::claims::claims;
 use crate::paper_tests::{PaperTest, paper_tests};
 
