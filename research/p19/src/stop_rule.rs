@@ -1,7 +1,7 @@
 //! The paper's rule to stop (Algorithm 1, line 13) beside ours.
 //!
 //! The paper's rover does not know which cells it can reach: it counts the cells of the grid less the obstacles that it has met so
-//! far. An obstacle that no rover ever senses, because others surround it, counts as ground to be covered for ever.
+//! far. An obstacle that no rover ever senses, because others surround it, would count as ground to be covered for ever.
 
 use coverage::{Algorithm, Knowledge};
 use serde::Serialize;
