@@ -2,8 +2,6 @@
 
 use thiserror::Error;
 
-use crate::landings::Landing;
-
 /// An input out of its range.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum Error {
@@ -57,15 +55,18 @@ pub enum Error {
     },
     /// A landing is out of reach, or its probability is none.
     #[error(
-        "row {row} of a table needs landings at most {reach} hops away along each axis, with probabilities in [0, 1]; got {} forward, {} \
-         left, {}",
-        got.forward, got.left, got.probability
+        "row {row} of a table needs landings at most {reach} hops away along each axis, with probabilities in [0, 1]; got {forward} \
+         forward, {left} left, {probability}"
     )]
     Landing {
         /// Index of the row.
         row: usize,
-        /// Landing that was given.
-        got: Landing,
+        /// Hops forward that were given.
+        forward: i8,
+        /// Hops to the left that were given.
+        left: i8,
+        /// Probability that was given.
+        probability: f64,
         /// [`LandingTable::REACH`](crate::landings::LandingTable::REACH).
         reach: i8,
     },

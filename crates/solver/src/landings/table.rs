@@ -58,7 +58,8 @@ impl LandingTable {
                     && within(landing.left)
                     && (0.0..=1.0).contains(&landing.probability);
                 if !is_sound {
-                    return Err(Error::Landing { row, got: *landing, reach: Self::REACH });
+                    let Landing { forward, left, probability } = *landing;
+                    return Err(Error::Landing { row, forward, left, probability, reach: Self::REACH });
                 }
             }
             let sum: f64 = landings.iter().map(|landing| landing.probability).sum();
