@@ -143,7 +143,7 @@ def checked():
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         check_env(gymnasium.make("PlanetaryHopper-v1", render_mode="rgb_array").unwrapped)
-    exist = "hopper.gym has hard, heterogeneous, sandy, large, treasures, wide, vast, hills, mars; hopper.pettingzoo has coverage, coverage-8"
+    exist = "hopper.gym has hard, heterogeneous, sandy, large, treasures, wide, vast, hills, mars, known-hard, known-heterogeneous, known-sandy, rocks; hopper.pettingzoo has coverage, coverage-8"
     for arguments, text in [
         ({"window": 4}, "odd window"), ({"scenario": "nowhere"}, "nowhere"),
         *[({"scenario": name}, exist) for name in ["patrol", "coverage", "hopper-scout", "rover-helicopter", "expedition"]],

@@ -4,9 +4,18 @@
 
 import assert from "node:assert/strict";
 import { readFile } from "node:fs/promises";
+import { dirname, join } from "node:path";
 
-const text = await readFile(process.argv[2], "utf8");
-const { MissionHistory } = await import(`data:text/javascript,${encodeURIComponent(text)}`);
+/** A module of the page with those that it imports, as an address: node takes files named .js for another kind. */
+async function address(file) {
+  let text = await readFile(file, "utf8");
+  for (const [, name] of text.matchAll(/from "\.\/([\w.]+)"/g)) {
+    text = text.replace(`"./${name}"`, JSON.stringify(await address(join(dirname(file), name))));
+  }
+  return `data:text/javascript,${encodeURIComponent(text)}`;
+}
+
+const { MissionHistory } = await import(await address(process.argv[2]));
 
 const history = new MissionHistory();
 history.begin({ run: "1", robots: [{}], grid: { width: 100, height: 1 }, start: [0, 0], goals: [[99, 0]], layers: [] });
