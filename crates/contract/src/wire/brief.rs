@@ -144,7 +144,7 @@ fn norm_code((norm, unseen): (DistanceNorm, UnseenGround)) -> u32 {
 }
 
 fn norm_from_code(code: u32) -> Option<(DistanceNorm, UnseenGround)> {
-    let norm = if code % 2 == 0 { DistanceNorm::Euclidean } else { DistanceNorm::Manhattan };
+    let norm = if code.is_multiple_of(2) { DistanceNorm::Euclidean } else { DistanceNorm::Manhattan };
     Some((norm, *UnseenGround::ALL.get(code as usize / 2)?))
 }
 
