@@ -152,7 +152,7 @@ pub(crate) fn distance_m(segment: Segment, corner: Point) -> f64 {
     }
     let to_square = |at: Point| {
         let beyond = |at: f64, low: f64| (low - at).max(at - low - 1.0).max(0.0);
-        beyond(at.x_m, corner.x_m).hypot(beyond(at.y_m, corner.y_m))
+        libm::hypot(beyond(at.x_m, corner.x_m), beyond(at.y_m, corner.y_m))
     };
     let corners = [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)];
     let to_segment = |(x, y): (f64, f64)| {

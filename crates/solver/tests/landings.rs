@@ -1,5 +1,7 @@
 //! Worlds whose hops land by a table.
 
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
+
 use proptest::prelude::*;
 use solver::landings::{
     Landing, LandingTable, Row, TableRules, TableSite, TableWorld, action_values, certify, solve,
