@@ -36,6 +36,7 @@ fn brute_force(world: &World, seen: impl Fn(Cell) -> bool) -> (Model, Vec<f64>) 
             },
         };
         let mut next = values.clone();
+        #[allow(clippy::needless_range_loop, reason = "a node has a number in several lists")]
         for node in 0..process.nodes() {
             if process.kind(node) != Kind::Free || !seen(model.lattice.cell(node)) {
                 continue;

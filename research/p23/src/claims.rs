@@ -52,8 +52,8 @@ impl Range {
     fn of_shares(first: (u64, u64), second: (u64, u64)) -> Self {
         let [a, b] = [first, second].map(|(successes, trials)| Self::of_share(successes, trials));
         let value = a.value - b.value;
-        let low = value - (a.value - a.low).hypot(b.high - b.value);
-        let high = value + (a.high - a.value).hypot(b.value - b.low);
+        let low = value - libm::hypot(a.value - a.low, b.high - b.value);
+        let high = value + libm::hypot(a.high - a.value, b.value - b.low);
         Self { value, low, high }
     }
 
@@ -266,7 +266,7 @@ fn half_the_steps(pair: &Pair<'_>) -> Option<Claim> {
     let ours = means(mdp, greedy)?;
     // By the relative errors of both means.
     let error = |sample: &Sample| Some(sample.variance_of_mean()?.sqrt() / sample.mean?);
-    let half = 1.96 * ours * error(&mdp)?.hypot(error(&greedy)?);
+    let half = 1.96 * ours * libm::hypot(error(&mdp)?, error(&greedy)?);
     let ours = Range { value: ours, low: ours - half, high: ours + half };
     Some(Claim::new(
         &format!("the MDP takes less than half of greedy's steps: large, another map {}", at(pair.weights)),
