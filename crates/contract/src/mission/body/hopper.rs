@@ -99,12 +99,7 @@ impl Kind for Hopper {
             float(1.0e-5, 100.0),
             gravity_mps2,
         );
-        block.choice(
-            "motion.vertical",
-            "Vertical hops at 80°: 0 without, 1 with.",
-            &[false, true],
-            vertical,
-        );
+        block.choice("motion.vertical", "Vertical hops at 80°: 0 without, 1 with.", &[false, true], vertical);
     }
 }
 

@@ -135,8 +135,7 @@ fn hazard(hopper: &Hopper, oracle: &Oracle, number: usize, known: &[Option<Groun
     let known = |cell: Cell| known[grid.index(cell)?].as_ref();
     let (Some(direction), Some(ground)) = (action.hop(), known(from)) else { return 0.0 };
     let height_m = |cell| known(cell).map(|ground| ground.height_m);
-    let offered =
-        |direction| collision::offered(hopper, grid, (from, ground), direction, height_m);
+    let offered = |direction| collision::offered(hopper, grid, (from, ground), direction, height_m);
     let scatter = motion::transition(&hopper.motion, ground, direction);
     let probability = |branch: Branch| match offered(direction) {
         Some((true, rise_m)) => collision::vertical_share(hopper, grid, ground.soil, rise_m, branch),
