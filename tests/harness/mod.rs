@@ -210,7 +210,9 @@ impl Drop for Mission {
     fn drop(&mut self) {
         // Tests that kill leave files by design: they are removed the documented way, then none may stay.
         if !self.checked {
-            let _ = hopper(&["doctor", "--clean", "--instance", &self.name]).output();
+            // With the program as it is: whoever is panicking builds nothing.
+            let doctor = &["doctor", "--clean", "--instance", &self.name];
+            let _ = of_test(&mut Command::new(built("hopper")), doctor).output();
         }
         let left = self.leftovers();
         if !std::thread::panicking() {
@@ -227,8 +229,18 @@ pub fn hopper(words: &[&str]) -> Command {
         program(tool);
     }
     let mut command = Command::new(program("hopper"));
-    command.args(words).env_remove("HOPPER_INSTANCE").env_remove("HOPPER_CRASH").stdin(Stdio::null());
+    of_test(&mut command, words);
     command
+}
+
+fn of_test<'a>(command: &'a mut Command, words: &[&str]) -> &'a mut Command {
+    command.args(words).env_remove("HOPPER_INSTANCE").env_remove("HOPPER_CRASH").stdin(Stdio::null())
+}
+
+/// Where the program `name` of this build lies, if it is there.
+fn built(name: &str) -> PathBuf {
+    let test = std::env::current_exe().unwrap();
+    test.ancestors().nth(2).unwrap().join(name)
 }
 
 /// The program `name` of this build. `cargo test` builds every program of the workspace; with `-p` it builds those of
@@ -241,14 +253,15 @@ pub fn program(name: &str) -> PathBuf {
         Arc::clone(locks.entry(name.to_owned()).or_default())
     };
     let _alone = lock.lock().unwrap_or_else(PoisonError::into_inner);
-    let test = std::env::current_exe().unwrap();
-    let folder = test.ancestors().nth(2).unwrap();
-    let path = folder.join(name);
+    let path = built(name);
     if !is_up_to_date(&path) {
         let mut cargo = Command::new(env!("CARGO"));
-        // Of no package by name: so what is compiled already has the same features.
-        cargo.args(["build", "--quiet", "--bin", name]).current_dir(env!("CARGO_MANIFEST_DIR"));
-        let profile = if folder.ends_with("release") { &["--release"][..] } else { &[] };
+        // Of no package by name, from the root of the workspace: so what is compiled already has the same features.
+        let root = Path::new(env!("CARGO_MANIFEST_DIR"))
+            .ancestors()
+            .find(|folder| folder.join("Cargo.lock").exists());
+        cargo.args(["build", "--quiet", "--bin", name]).current_dir(root.unwrap());
+        let profile = if path.parent().unwrap().ends_with("release") { &["--release"][..] } else { &[] };
         assert!(cargo.args(profile).status().unwrap().success(), "{name} cannot be built");
     }
     path

@@ -3,9 +3,13 @@
 
 #![allow(clippy::print_stdout, reason = "a benchmark reports on standard output")]
 
+#[path = "clock/mod.rs"]
+mod clock;
+
 use contact::{Aim, Body, Field, Known, LaunchErrors, Noise, Place, Soil, Surface};
 use nalgebra::Vector3;
-use rustix::time::{ClockId, clock_gettime};
+
+use clock::processor_s;
 
 const SIDE: usize = 128;
 
@@ -37,12 +41,6 @@ fn rough(soil: Soil) -> Surface<Rough> {
     let mut noise = Noise::new([3; 32], 0);
     let heights_m = (0..SIDE * SIDE).map(|index| 0.1 * noise.normal(index as u64)).collect();
     Surface::new(Rough { heights_m, soil })
-}
-
-/// Processor time of this process so far, seconds.
-fn processor_s() -> f64 {
-    let time = clock_gettime(ClockId::ProcessCPUTime);
-    time.tv_sec as f64 + time.tv_nsec as f64 * 1e-9
 }
 
 fn main() {

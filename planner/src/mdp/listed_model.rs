@@ -1,7 +1,12 @@
-//! The grid world of a hopper whose hops no slope describes: with the vertical hop, whose offers depend on what is in the way, or with the
-//! payoff of the predecessor paper.
+//! The grid world of a hopper whose hops no slope describes: with the vertical hop, whose offers depend on what is in the way, with the
+//! payoff of the predecessor paper, or over seen ground alone.
 //!
 //! In profiles `paper-2023` and `hopper` it is the process of [`super::model`], with the hops that are offered.
+//!
+//! In readings of P23 whose paths "are generated only in known areas", landing on a cell that has not been seen is worth what
+//! [`UnseenGround`] says: as much as staying, as much as being lost, or the payoff of the landing for ever, of which the distance to the
+//! goal is known and the rest is that of flat hard ground. The goal counts once its cell is seen, so it need not be reachable: until then
+//! the payoffs' distance term alone leads towards it.
 //!
 //! In profile `paper-2022` (P22 eqs. 1 to 5, in the reading of `hopper known`) a period pays for the cell it begins on and for the hop,
 //! V(x) = γ max_u \[r(x, u) + Σ p V(x′)\], r(x, u) with S = −|Δh| for a vertical hop; a hop of two flights takes two periods, the first
@@ -11,7 +16,10 @@
 //!
 //! A cell from which no hop is offered is held on to.
 
-use contract::{Action, Branch, Cell, Direction, Ground, Leg, PolicyCell, Profile, Soil, Vetoed};
+use contract::{
+    Action, Branch, Cell, Direction, Ground, Leg, ObservedMap, PolicyCell, Profile, Soil, UnseenGround,
+    Vetoed,
+};
 use motion::{Offer, landing, soil_motion};
 use solver::online::choice::{CANONICAL_ERROR, TIE};
 use solver::{Effort, ListedHop, ListedWorld, Solution, SolveStatus};
@@ -33,7 +41,7 @@ const TOLERANCE_2022: f64 = 1e-2;
 /// Whether the process of a leg has listed hops.
 #[must_use]
 pub fn is_listed(leg: &Leg) -> bool {
-    leg.motion.vertical || leg.profile == Profile::Paper2022
+    leg.motion.vertical || leg.profile == Profile::Paper2022 || leg.reading.unseen != UnseenGround::Flat
 }
 
 /// The process of one situation with what it was solved to.
@@ -45,6 +53,8 @@ pub struct ListedModel {
     actions: Vec<[Action; 4]>,
     /// Node of the goal.
     goal: usize,
+    /// Whether a way to the goal may begin beyond the seen ground.
+    has_beyond: bool,
     /// In profile `paper-2022`, the value that Algorithm 1 starts from: the least payoff of a hop, at most 0.
     start: Option<f64>,
     values: Vec<f64>,
@@ -60,7 +70,7 @@ impl ListedModel {
     pub fn new(situation: &Situation<'_>) -> Self {
         let (leg, map) = (situation.leg(), situation.map);
         let lattice = HopLattice::new(leg);
-        let process = Process::new(leg, lattice, Belief::new(leg, map));
+        let process = Process::new(leg, lattice, map);
         let mut world = ListedWorld::new(leg.payoff.discount);
         let mut actions = Vec::with_capacity(lattice.nodes());
         for node in 0..lattice.nodes() {
@@ -91,6 +101,7 @@ impl ListedModel {
             world,
             actions,
             goal,
+            has_beyond: leg.reading.unseen != UnseenGround::Flat,
             start,
             values: Vec::new(),
             error_bound: None,
@@ -111,10 +122,11 @@ impl ListedModel {
         self.error_bound.unwrap_or(f64::INFINITY)
     }
 
-    /// Whether some chain of hops leads from `cell` to the goal.
+    /// Whether some chain of hops may lead from `cell` to the goal.
     #[must_use]
     pub fn leads_to_goal(&self, cell: Cell) -> bool {
-        self.lattice.node(cell).is_some_and(|node| self.world.leads_to(node, self.goal))
+        let leads = |node| self.has_beyond || self.world.leads_to(node, self.goal);
+        self.lattice.node(cell).is_some_and(leads)
     }
 
     /// Solves the process from nothing, with treasures at `cells`, each of which pays `payoff` once: one world for each set of those
@@ -198,8 +210,10 @@ impl ListedModel {
     fn policy_of(&self, node: usize) -> PolicyCell {
         let values = self.world.hop_values(&self.values, node);
         let action = first_best_action(&self.actions[node], values, self.tie(), Vetoed::NONE);
-        let is_over = node == self.goal || self.world.hops(node).is_empty();
-        let action = action.filter(|_| !is_over).unwrap_or(Action::Hold);
+        if self.world.hops(node).is_empty() {
+            return PolicyCell { action: Action::Hold, value: 0.0 };
+        }
+        let action = action.filter(|_| node != self.goal).unwrap_or(Action::Hold);
         PolicyCell { action, value: self.values[node] }
     }
 }
@@ -208,6 +222,7 @@ impl ListedModel {
 struct Process<'a> {
     leg: &'a Leg,
     lattice: HopLattice,
+    map: &'a ObservedMap,
     belief: Belief<'a>,
     payoff: LandingPayoff<'a>,
     /// Value of being lost.
@@ -215,8 +230,9 @@ struct Process<'a> {
 }
 
 impl<'a> Process<'a> {
-    fn new(leg: &'a Leg, lattice: HopLattice, belief: Belief<'a>) -> Self {
-        let mut process = Self { leg, lattice, belief, payoff: LandingPayoff::new(leg), lost: 0.0 };
+    fn new(leg: &'a Leg, lattice: HopLattice, map: &'a ObservedMap) -> Self {
+        let (belief, payoff) = (Belief::new(leg, map), LandingPayoff::new(leg));
+        let mut process = Self { leg, lattice, map, belief, payoff, lost: 0.0 };
         if !process.pays_where_it_departs() {
             let free = (0..lattice.nodes()).filter(|node| process.ground(*node).passable);
             let worst = free.map(|node| process.period(node)).fold(0.0, f64::min);
@@ -239,8 +255,24 @@ impl<'a> Process<'a> {
         self.payoff.of(self.lattice.cell(node), self.ground(node))
     }
 
-    /// The value of a node where the journey is over: at the goal, unless it is a cell like any other, and on impassable ground.
+    /// What the plan takes landing on a cell for that has not been seen; flat ground by default.
+    fn unseen(&self, cell: Cell) -> UnseenGround {
+        if self.map.ground(cell).is_some() { UnseenGround::Flat } else { self.leg.reading.unseen }
+    }
+
+    /// The value of a node where the journey is over: at the goal, unless it is a cell like any other, on impassable ground, and where the
+    /// plan ends.
     fn fixed(&self, node: usize) -> Option<f64> {
+        let cell = self.lattice.cell(node);
+        match self.unseen(cell) {
+            UnseenGround::Flat => {}
+            // Hops that would end there stay.
+            UnseenGround::Stays | UnseenGround::Leaves => return Some(self.lost),
+            UnseenGround::Ends => {
+                let landing: f64 = self.payoff.terms(cell, &Ground::FLAT).iter().sum();
+                return Some(landing / (1.0 - self.leg.payoff.discount));
+            }
+        }
         let is_goal = self.lattice.cell(node) == self.leg.goal;
         match (is_goal, self.pays_where_it_departs()) {
             (true, true) => None,
@@ -299,6 +331,7 @@ impl<'a> Process<'a> {
     fn end(&self, node: usize, to: Cell) -> u32 {
         let stays_beyond = self.leg.profile == Profile::Paper2023 && self.leg.reading.leaving.is_none();
         match self.lattice.node(to) {
+            Some(_) if self.unseen(to) == UnseenGround::Stays => node as u32,
             Some(to) => to as u32,
             None if stays_beyond => node as u32,
             None => self.lattice.nodes() as u32,

@@ -6,7 +6,6 @@ pub mod listed_model;
 pub mod model;
 pub mod online_model;
 pub mod policy;
-pub mod seen_ground;
 pub mod treasure_sets;
 
 use contract::{Action, Cell, Name, PolicyCell};
@@ -17,7 +16,6 @@ use self::hunt::Hunt;
 use self::listed_model::ListedModel;
 use self::model::Model;
 use self::online_model::OnlineModel;
-use self::seen_ground::SeenGround;
 use self::treasure_sets::TreasureSets;
 use crate::names;
 use crate::plan::{Budget, Plan, PlanStatus, Planner, Pulse, Situation};
@@ -35,10 +33,9 @@ use crate::plan::{Budget, Plan, PlanStatus, Planner, Pulse, Situation};
 ///   the canonical procedure. So a veto of a hop that would not be chosen changes nothing, and costs nothing. The values
 ///   do not take the guard into account; where leaving the map and impassable ground have a price, as in profile
 ///   `hopper`, there is little to veto.
-/// - **With the vertical hop**, or in profile `paper-2022`, no slope describes the hops: [`listed_model`] lists them, and is solved from
-///   nothing, without a hunt.
+/// - **With the vertical hop**, in profile `paper-2022`, and in readings of P23 that plan over seen ground alone, no slope describes the
+///   hops: [`listed_model`] lists them, and is solved from nothing, without a hunt.
 /// - **Known treasures** are planned for by [`treasure_sets`], with one model for each set of them, solved from nothing.
-/// - **Readings of P23** that plan over seen ground alone are solved by [`seen_ground`].
 /// - **A hunt** ([`hunt`]) values treasures higher, and looks for those not yet seen; its model is solved from nothing too.
 #[derive(Clone, Debug, Default)]
 pub struct Mdp {
@@ -48,8 +45,6 @@ pub struct Mdp {
     is_online: bool,
     /// The model of the last plan, if it was solved from nothing; `solver` has its values.
     model: Option<Model>,
-    /// The solution of the last plan, if the reading plans over seen ground alone.
-    seen_ground: Option<SeenGround>,
     solver: Solver,
     treasures: TreasureSets,
     /// The last model of listed hops, and whether it is that of the last plan.
@@ -65,7 +60,6 @@ impl Planner for Mdp {
     fn plan(&mut self, situation: &Situation<'_>, budget: &Budget) -> Plan {
         let here = situation.state.pose.cell;
         self.model = None;
-        self.seen_ground = None;
         self.is_online = false;
         self.is_listed = false;
         if here == situation.leg().goal {
@@ -73,11 +67,6 @@ impl Planner for Mdp {
         }
         if listed_model::is_listed(situation.leg()) {
             return self.plan_listed(situation, budget);
-        }
-        if seen_ground::is_asked(situation.leg()) {
-            let (plan, solution) = SeenGround::plan(situation);
-            self.seen_ground = solution;
-            return plan;
         }
         let hunt = Hunt::of(situation);
         let is_plain = situation.map.treasures().is_empty() && !hunt.is_some_and(|hunt| hunt.searches());
@@ -111,9 +100,6 @@ impl Planner for Mdp {
     }
 
     fn policy(&mut self) -> Option<Vec<PolicyCell>> {
-        if let Some(solution) = &mut self.seen_ground {
-            return Some(solution.policy());
-        }
         if self.is_online {
             return self.online.as_mut().map(OnlineModel::policy);
         }
