@@ -63,13 +63,19 @@ impl<'a> Guard<'a> {
     /// The probability that `action` ends off the map or on ground that is seen to be impassable.
     #[must_use]
     pub fn hazard(&self, action: Action) -> f64 {
+        action.hop().map_or(0.0, |direction| self.hazard_of(action, self.offered(direction)))
+    }
+
+    /// [`Guard::hazard`] of a hop, by the one that is offered towards its direction.
+    fn hazard_of(&self, action: Action, offered: Option<Offer>) -> f64 {
+        let Some(offer) = offered.filter(|offer| offer.action == action) else { return 0.0 };
         let Some(direction) = action.hop() else { return 0.0 };
-        let grid = &self.brief.grid;
-        let Some(offer) = self.offered(direction).filter(|offer| offer.action == action) else { return 0.0 };
         let scatter = offer.scatter();
         [Branch::Intended, Branch::Left, Branch::Right]
             .into_iter()
-            .filter(|&branch| self.is_hazard(motion::landing(grid, self.pose.cell, direction, branch)))
+            .filter(|&branch| {
+                self.is_hazard(motion::landing(&self.brief.grid, self.pose.cell, direction, branch))
+            })
             .map(|branch| scatter.probability(branch))
             .sum()
     }
@@ -77,18 +83,18 @@ impl<'a> Guard<'a> {
     /// Why the guard does not let `action` pass, if it does not.
     #[must_use]
     pub fn refusal(&self, action: Action) -> Option<Refusal> {
-        if let Some(need) = self.blocked(action) {
+        let offered = self.offered(action.hop()?);
+        if let Some(need) = self.blocked(action, offered) {
             return Some(Refusal::Blocked { action, need });
         }
         let need = self.brief.guard.hazard_max;
-        let got = Some(self.hazard(action)).filter(|&hazard| hazard > need)?;
-        Some(Refusal::Vetoed { action, need, got })
+        let got = self.hazard_of(action, offered);
+        (got > need).then_some(Refusal::Vetoed { action, need, got })
     }
 
-    /// What it takes for a hop to be offered that is not.
-    fn blocked(&self, action: Action) -> Option<String> {
-        let direction = action.hop().filter(|_| self.motion.vertical)?;
-        let (departure, offered) = (self.departure()?, self.offered(direction));
+    /// What would be needed for a hop to be the one that is offered; `None` if it is.
+    fn blocked(&self, action: Action, offered: Option<Offer>) -> Option<String> {
+        let departure = self.departure().filter(|_| self.motion.vertical)?;
         match (action, offered) {
             (_, Some(offer)) if offer.action == action => None,
             (Action::Up(_), Some(_)) => Some("something in the way of a hop at the launch angle".into()),

@@ -1,4 +1,4 @@
-//! The hops that a hopper is offered on the ground as believed: [`motion::offers`] on seen ground. Of unseen ground nothing is in the way.
+//! The hops that a hopper is offered on the ground as believed: [`motion::offers`] on seen ground. Unseen ground is taken to block nothing.
 
 use contract::map::belief::Belief;
 use contract::{Action, Cell, Leg, ObservedMap};

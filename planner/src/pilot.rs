@@ -283,12 +283,12 @@ fn among_others(situation: &Situation<'_>, planned: Action) -> Action {
         // Others look ahead for it, and are never in its way.
         return action;
     }
-    let is_in_vain = match action {
-        Action::Hop(direction) | Action::Up(direction) => {
+    let is_in_vain = match action.hop() {
+        Some(direction) => {
             let aim = leg.grid.hop(state.pose.cell, direction);
             aim == leg.goal && occupant(brief, team, aim).is_some()
         }
-        _ => action == Action::Hold,
+        None => action == Action::Hold,
     };
     if is_in_vain { wait_or_hold(team) } else { action }
 }

@@ -67,10 +67,12 @@ impl Batch {
                 )));
             }
             let (brief, terrain) = (world.brief.clone(), Arc::clone(&world.terrain));
-            let dynamics = match &world.dynamics {
-                checked @ Dynamics::Collision(_) => checked.clone(),
-                Dynamics::Law(_) | Dynamics::Contact(_) => Dynamics::default(),
-            };
+            let dynamics = world.dynamics.clone();
+            if matches!(dynamics, Dynamics::Contact(_)) {
+                let message =
+                    "an environment flies under law or collision, got contact: fly it with hopper.fly";
+                return Err(crate::error(message.to_owned()));
+            }
             let mission = Mission { brief, terrain, seed: 0, dynamics, faults: Vec::new() };
             let ground = Arc::new(Ground::new(mission));
             let trials = Mutex::new(vec![Trial::new(&ground); count]);

@@ -2,9 +2,9 @@
 
 use std::sync::{Arc, OnceLock};
 
-use contract::{Action, Brief, Cell, Direction, Leg, Pose, Sensor, Vetoed};
+use contract::{Action, Branch, Brief, Direction, Leg, Pose, Sensor, Vetoed};
 use hopper_sim::{Guard, Mission, ROBOT};
-use motion::{Transition, clears, offers, transition};
+use motion::{Transition, transition};
 
 /// Planes of an observation: height, sand, impassable, seen.
 pub const PLANES: usize = 4;
@@ -17,11 +17,9 @@ pub struct Ground {
     pub sand: Vec<f32>,
     pub impassable: Vec<f32>,
     /// How the hops from each cell are drawn, north, east, south, west.
-    pub scatter: Vec<[Transition; 4]>,
-    /// How the vertical hops from each cell are drawn, where they are offered; none where the scenario has none.
-    pub ups: Vec<[Option<Transition>; 4]>,
-    /// Whether a hop from each cell towards a direction, or a slip to it, collides, where the scenario checks it.
-    pub collides: Vec<[bool; 4]>,
+    scatter: Vec<[Transition; 4]>,
+    /// Whether hops collide.
+    is_checked: bool,
     pub vetoed: Vec<Vetoed>,
     /// Cells seen from each cell; empty where no hopper has been yet.
     seen_from: Vec<OnceLock<Arc<[u32]>>>,
@@ -44,21 +42,6 @@ impl Ground {
         };
         let is_guarded = brief.guard.hazard_max < 1.0 || leg.motion.vertical;
         let is_checked = matches!(mission.dynamics, scenario::Dynamics::Collision(_));
-        let height_m = |cell| terrain.ground(cell).map(|ground| ground.height_m);
-        let collides = |(cell, ground): (Cell, &contract::Ground)| {
-            Direction::ALL.map(|towards| {
-                let clears = || clears(&leg.motion, &brief.grid, ground.soil, (cell, towards), height_m);
-                is_checked && !clears()
-            })
-        };
-        let ups = |from: (Cell, &contract::Ground)| {
-            let offers = offers(&leg.motion, &brief.grid, from, height_m);
-            offers.map(|offer| offer.filter(|offer| offer.climb_m.is_some()).map(|offer| offer.drawn))
-        };
-        let (collides, ups) = (
-            brief.grid.iter().zip(&terrain.cells).map(collides).collect(),
-            brief.grid.iter().zip(&terrain.cells).map(ups).collect(),
-        );
         let cells = terrain.cells.len();
         Self {
             height_m: terrain.cells.iter().map(|ground| finite(ground.height_m)).collect(),
@@ -71,8 +54,7 @@ impl Ground {
                 .collect(),
             vetoed: (0..cells).map(|index| if is_guarded { vetoed(index) } else { Vetoed::NONE }).collect(),
             seen_from: (0..cells).map(|_| OnceLock::new()).collect(),
-            collides,
-            ups,
+            is_checked,
             leg,
             mission,
         }
@@ -91,6 +73,18 @@ impl Ground {
     /// How many cells there are.
     pub fn cells(&self) -> usize {
         self.height_m.len()
+    }
+
+    /// The branch of a hop from the cell at `index`, by a number that is uniform in [0, 1).
+    pub fn branch(&self, index: usize, hop: Action, direction: Direction, uniform: f64) -> Branch {
+        if !self.is_checked {
+            return self.scatter[index][direction as usize].branch(uniform);
+        }
+        let Mission { brief, terrain, .. } = &self.mission;
+        let height_m = |cell| terrain.ground(cell).map(|ground| ground.height_m);
+        let from = (brief.grid.cell(index), &terrain.cells[index]);
+        let offer = motion::checked(&self.leg.motion, &brief.grid, from, hop, height_m);
+        offer.map_or(Branch::Stayed, |offer| offer.branch(uniform).0)
     }
 
     /// Indices of the cells that are seen from the cell at `index`.

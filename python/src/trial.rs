@@ -76,20 +76,7 @@ impl Trial {
         let (branch, cell) = match action.hop() {
             Some(direction) => {
                 let uniform = Draw::new(self.seed, Domain::Motion, RobotId(0), decision).uniform();
-                let collides = |towards: Direction| ground.collides[index][towards as usize];
-                let (drawn, is_blocked) = match action {
-                    Action::Up(_) => match ground.ups[index][direction as usize] {
-                        Some(up) => (up.branch(uniform), false),
-                        None => (Branch::Stayed, true),
-                    },
-                    _ => (ground.scatter[index][direction as usize].branch(uniform), collides(direction)),
-                };
-                let slips_into = match drawn {
-                    Branch::Left => collides(direction.left()),
-                    Branch::Right => collides(direction.right()),
-                    _ => false,
-                };
-                let branch = if is_blocked || slips_into { Branch::Stayed } else { drawn };
+                let branch = ground.branch(index, action, direction, uniform);
                 (branch, landing(&brief.grid, self.cell, direction, branch))
             }
             None => (Branch::Held, self.cell),

@@ -317,6 +317,8 @@ fn watch(
 ) -> Result<(), End> {
     /// The last messages of a mission are on their way when it ends.
     const FAREWELL_NS: u64 = 200_000_000;
+    /// What was asked for and is still to come is waited for no longer, since hopper-sim leaves too.
+    const LONG_FAREWELL_NS: u64 = 5_000_000_000;
     let (instance, mut patience, shutdown) = appear(target)?;
     let mut node = Node::visit(&instance)?;
     // The node watches from here on; what came before is not lost.
@@ -324,7 +326,7 @@ fn watch(
         return Err(End::Stopped);
     }
     drop(shutdown);
-    let mut next = open(&mut node, topic, full)?;
+    let mut source = open(&mut node, topic, full)?;
     let mut states = node.reader::<State>(topic.robot, false)?;
     let mut heartbeats = node.reader::<Heartbeat>(topic.robot, false)?;
     let (mut peer_table, mut over) = (PeerTable::default(), None::<MonotonicNs>);
@@ -335,7 +337,7 @@ fn watch(
             return Err(End::Stopped);
         }
         let now = Node::now();
-        while let Some(message) = next() {
+        while let Some(message) = source.next() {
             let message = message.map(|message| repeats.mark(message));
             if !tell(Update::Message(message))? {
                 return Ok(());
@@ -347,7 +349,8 @@ fn watch(
         if let Some(Ok(state)) = states.newest() {
             over = if state.status.is_over() { over.or(Some(now)) } else { None };
         }
-        if over.is_some_and(|over| now.since_ns(over) >= FAREWELL_NS) {
+        let farewell_ns = if source.is_whole() { FAREWELL_NS } else { LONG_FAREWELL_NS };
+        if over.is_some_and(|over| now.since_ns(over) >= farewell_ns) {
             tell(Update::Over)?;
             return Ok(());
         }
@@ -388,23 +391,37 @@ fn running() -> Result<String, End> {
     Ok(if names.is_empty() { "no other is".into() } else { format!("those that are: {}", names.join(", ")) })
 }
 
-/// Gives the next message.
-type Next = Box<dyn FnMut() -> Option<Result<Value, Refusal>>>;
+/// What is told of a topic.
+trait Source {
+    /// The next message, if there is one yet.
+    fn next(&mut self) -> Option<Result<Value, Refusal>>;
+
+    /// Whether nothing that was asked for is still to come.
+    fn is_whole(&self) -> bool {
+        true
+    }
+}
+
+impl<F: FnMut() -> Option<Result<Value, Refusal>>> Source for F {
+    fn next(&mut self) -> Option<Result<Value, Refusal>> {
+        self()
+    }
+}
 
 /// Opens the topic for reading.
-fn open(node: &mut Node, topic: &Topic, full: bool) -> Result<Next, NodeError> {
+fn open(node: &mut Node, topic: &Topic, full: bool) -> Result<Box<dyn Source>, NodeError> {
     struct Opener<'a> {
         node: &'a mut Node,
         topic: &'a Topic,
         full: bool,
-        opened: Option<Result<Next, NodeError>>,
+        opened: Option<Result<Box<dyn Source>, NodeError>>,
     }
     impl Visitor for Opener<'_> {
         fn message<M: Message>(&mut self) {
             let (robot, full) = (self.topic.robot, self.full);
             if M::SERVICE.name_of(robot) == self.topic.service {
                 let reader = self.node.reader::<M>(robot, M::SERVICE.event);
-                self.opened = Some(reader.map(|mut reader| -> Next {
+                self.opened = Some(reader.map(|mut reader| -> Box<dyn Source> {
                     Box::new(move || Some(reader.receive()?.map(|message| summary(message, full))))
                 }));
             }
@@ -424,48 +441,79 @@ fn open(node: &mut Node, topic: &Topic, full: bool) -> Result<Next, NodeError> {
     })
 }
 
-/// What the motion model tells of each decision from now on, asked for as its state comes.
-fn details(node: &mut Node) -> Result<Next, NodeError> {
+/// The detail of each decision from now on, asked for as its state comes.
+struct Details<B, S, C> {
+    briefs: B,
+    states: S,
+    client: C,
+    follower: DetailFollower,
+    robots: Option<Robots>,
+}
+
+/// Details that are waited for at once, at most: a mission that is faster than its details are served loses the oldest.
+const DETAILS_MAX: usize = 1 << 14;
+
+fn details(node: &mut Node) -> Result<Box<dyn Source>, NodeError> {
     let robot = RobotId(0);
-    let (mut briefs, mut states) = (node.reader::<Brief>(robot, false)?, node.reader::<State>(robot, false)?);
-    let mut client = node.client::<DetailRequest>(robot)?;
-    let (mut follower, mut robots) = (DetailFollower::default(), None::<Robots>);
-    Ok(Box::new(move || {
-        match briefs.newest() {
+    Ok(Box::new(Details {
+        briefs: node.reader::<Brief>(robot, false)?,
+        states: node.reader::<State>(robot, false)?,
+        client: node.client::<DetailRequest>(robot)?,
+        follower: DetailFollower::default(),
+        robots: None,
+    }))
+}
+
+impl<B, S, C> Source for Details<B, S, C>
+where
+    B: process::Reader<Brief>,
+    S: process::Reader<State>,
+    C: process::Client<DetailRequest>,
+    C::Error: std::fmt::Display,
+{
+    fn next(&mut self) -> Option<Result<Value, Refusal>> {
+        match self.briefs.newest() {
             Some(Ok(brief)) => {
-                follower.begin(brief.run);
-                robots = Some(brief.robots);
+                self.follower.begin(brief.run);
+                self.robots = Some(brief.robots);
             }
             Some(Err(refusal)) => return Some(Err(refusal)),
             None => {}
         }
-        if let Some(robots) = &robots {
-            states.drain().iter().flatten().for_each(|state| follower.state(robots, state));
+        if let Some(robots) = &self.robots {
+            for state in self.states.drain().iter().flatten() {
+                self.follower.state(robots, state);
+                self.follower.keep_last(DETAILS_MAX);
+            }
         }
         let mut next = None;
         while next.is_none()
-            && let Some(page) = client.receive()
+            && let Some(page) = self.client.receive()
         {
             next = match page {
                 Ok(page) => {
                     let run = page.run;
-                    let told = follower.page(page);
-                    told.map(|(decision, detail)| Ok(json!(DetailPage { run, decision, detail })))
+                    let found = self.follower.page(page);
+                    found.map(|(decision, detail)| Ok(json!(DetailPage { run, decision, detail })))
                 }
                 Err(refusal) => Some(Err(refusal)),
             };
         }
-        if let Some(request) = follower.ask(Node::now())
-            && let Err(error) = client.request(request)
+        if let Some(request) = self.follower.ask(Node::now())
+            && let Err(error) = self.client.request(request)
         {
             tracing::debug!("asking for details: {error}");
         }
         next
-    }))
+    }
+
+    fn is_whole(&self) -> bool {
+        self.follower.is_whole()
+    }
 }
 
 /// The truth, asked for page by page once the brief says of which run.
-fn gathered(node: &mut Node, full: bool) -> Result<Next, NodeError> {
+fn gathered(node: &mut Node, full: bool) -> Result<Box<dyn Source>, NodeError> {
     let robot = RobotId(0);
     let (mut briefs, mut client) = (node.reader::<Brief>(robot, false)?, node.client::<TruthRequest>(robot)?);
     let mut follower = TruthFollower::default();

@@ -47,13 +47,7 @@ impl Aim {
         libm::sqrt(east * east + north * north)
     }
 
-    /// The velocity of a launch at that speed, turned by so much.
-    #[must_use]
-    pub fn velocity(&self, speed_mps: f64, azimuth_rad: f64, elevation_rad: f64) -> Vector3<f64> {
-        self.direction(azimuth_rad, elevation_rad) * speed_mps
-    }
-
-    /// Of length 1.
+    /// The direction of a launch that is turned by so much, of length 1.
     fn direction(&self, azimuth_rad: f64, elevation_rad: f64) -> Vector3<f64> {
         let [east, north] = self.target_m;
         let azimuth = libm::atan2(north, east) + azimuth_rad;
@@ -155,6 +149,6 @@ impl Aim {
     pub fn launch(&self, trimmed_mps: f64, errors: &LaunchErrors, noise: &mut Noise) -> Vector3<f64> {
         let [speed, azimuth, elevation] = [0, 1, 2].map(|index| noise.normal(index));
         let speed_mps = (trimmed_mps * (1.0 + errors.speed * speed)).max(0.0);
-        self.velocity(speed_mps, errors.azimuth_rad * azimuth, errors.elevation_rad * elevation)
+        self.direction(errors.azimuth_rad * azimuth, errors.elevation_rad * elevation) * speed_mps
     }
 }

@@ -15,7 +15,7 @@ pub enum Soil {
 }
 
 impl Soil {
-    /// Both.
+    /// All soils, in the order of their codes.
     pub const ALL: [Soil; 2] = [Soil::Hard, Soil::Sand];
 
     /// The name in scenarios and tables.

@@ -1,7 +1,7 @@
-//! What the motion model tells of executed decisions, asked for until it comes.
+//! Details of executed decisions, requested until they arrive.
 //!
-//! A record names its detail. A state does not, but its digest shows whether there is one, and whether a given one is it. So nothing is
-//! asked for in a mission under the law, of whose decisions nothing is told.
+//! A record names its detail. A state does not, but its digest shows whether there is one, and whether a given one is it. Under the law
+//! decisions have no details, so nothing is requested.
 
 use std::collections::BTreeMap;
 
@@ -9,16 +9,19 @@ use contract::{
     Decision, Detail, DetailId, DetailPage, DetailRequest, MonotonicNs, Record, Robots, RunId, State,
 };
 
-use crate::page_cursor::PageCursor;
+use crate::page_cursor::OneByOne;
+
+/// Answers in a row of which none is the detail that was told of, after which that is taken to be of a past that the journal has lost.
+const UNPROVEN_MAX: u32 = 3;
 
 /// The details of one run that are missing. The first one is asked for first.
 #[derive(Clone, Debug, Default)]
 pub struct DetailFollower {
     run: RunId,
     missing: BTreeMap<Decision, Proof>,
-    /// The decision that was asked for last, item 0 of a list of one.
-    asked: Option<Decision>,
-    cursor: PageCursor,
+    asked: OneByOne<Decision>,
+    /// Answers to the present question that were not what was told of.
+    unproven: u32,
 }
 
 /// What proves that a detail is that of a decision.
@@ -36,27 +39,34 @@ impl DetailFollower {
         }
     }
 
-    /// Takes note of an executed decision, for whose detail is asked if it has one.
+    /// Takes note of an executed decision, for whose detail is asked if it has one. Decisions are told of in their order: one that
+    /// comes again begins a past in which those after it were not executed yet.
     pub fn record(&mut self, record: &Record) {
-        if record.detail.is_none() {
-            self.missing.remove(&record.decision);
-        } else {
-            self.missing.insert(record.decision, Proof::Record(record.detail));
-        }
+        let proof = if record.detail.is_none() { None } else { Some(Proof::Record(record.detail)) };
+        self.tell(record.decision, proof);
     }
 
-    /// Takes note of the decision that led to `state`. Of `robots` only those that hop have details.
+    /// Takes note of the decision that led to `state`, as of a record. Of `robots` only those that hop have details.
     pub fn state(&mut self, robots: &Robots, state: &State) {
         let Some(decision) = state.decision.0.checked_sub(1) else { return };
         let hops = robots.at(state.robot).is_some_and(|robot| robot.body.hops());
-        if hops && !state.names_detail(DetailId::NONE) {
-            self.missing.insert(Decision(decision), Proof::State(Box::new(*state)));
-        } else {
-            self.missing.remove(&Decision(decision));
+        let has_one = hops && !state.names_detail(DetailId::NONE);
+        self.tell(Decision(decision), has_one.then(|| Proof::State(Box::new(*state))));
+    }
+
+    fn tell(&mut self, decision: Decision, proof: Option<Proof>) {
+        drop(self.missing.split_off(&decision));
+        self.missing.extend(proof.map(|proof| (decision, proof)));
+    }
+
+    /// Needs no more details than those of the last `most` decisions.
+    pub fn keep_last(&mut self, most: usize) {
+        while self.missing.len() > most {
+            self.missing.pop_first();
         }
     }
 
-    /// Takes an answer; the decision and its detail, if it was missing. Any other changes nothing, and is asked for again.
+    /// Takes an answer; the decision and its detail, if it was missing. Any other is asked for again, a few times.
     pub fn page(&mut self, page: DetailPage) -> Option<(Decision, Detail)> {
         let DetailPage { run, decision, detail } = page;
         let proof = self.missing.get(&decision).filter(|_| run == self.run)?;
@@ -65,6 +75,10 @@ impl DetailFollower {
             Proof::State(state) => state.names_detail(detail.id()),
         };
         if !is_proven {
+            self.unproven += u32::from(self.asked.is_for(&decision));
+            if self.unproven >= UNPROVEN_MAX {
+                self.missing.remove(&decision);
+            }
             return None;
         }
         self.missing.remove(&decision);
@@ -84,11 +98,11 @@ impl DetailFollower {
 
     /// What to ask for at `now`: the first detail that is missing, and again if it does not come.
     pub fn ask(&mut self, now: MonotonicNs) -> Option<DetailRequest> {
-        let decision = *self.missing.first_key_value()?.0;
-        if self.asked != Some(decision) {
-            (self.asked, self.cursor) = (Some(decision), PageCursor::default());
+        let first = *self.missing.first_key_value()?.0;
+        if !self.asked.is_for(&first) {
+            self.unproven = 0;
         }
-        self.cursor.ask(now)?;
+        let decision = self.asked.ask(first, now)?;
         Some(DetailRequest { run: self.run, decision })
     }
 }
@@ -192,6 +206,33 @@ mod tests {
         assert!(!follower.is_whole());
         assert_eq!(follower.page(page(1, &details[1])), Some((Decision(1), details[1].clone())));
         assert!(follower.is_whole() && follower.ask(MonotonicNs(u64::MAX)).is_none());
+    }
+
+    /// P-DETAILS-FOLLOWED. What the journal has lost is not asked for for ever, and blocks nothing that was told of after it.
+    #[test]
+    fn a_detail_of_a_lost_past_is_given_up() {
+        let mut follower = DetailFollower::default();
+        follower.begin(RUN);
+        let (lost, new) = (detail(1.25), detail(1.5));
+        for decision in 0..3 {
+            follower.record(&record(decision, Some(&lost)));
+        }
+        // Decision 1 was executed again, decision 0 too, of which nothing was heard.
+        follower.record(&record(1, Some(&new)));
+        let mut now = MonotonicNs(5);
+        for _ in 0..UNPROVEN_MAX {
+            assert_eq!(follower.ask(now), Some(DetailRequest { run: RUN, decision: Decision(0) }));
+            assert_eq!(follower.page(page(0, &new)), None);
+            now = now.plus_ns(ASK_AGAIN_NS);
+        }
+        assert_eq!(follower.ask(now), Some(DetailRequest { run: RUN, decision: Decision(1) }));
+        assert_eq!(follower.page(page(1, &new)), Some((Decision(1), new)));
+        assert!(follower.is_whole(), "decision 2 is not executed yet");
+        for decision in 2..9 {
+            follower.record(&record(decision, Some(&lost)));
+            follower.keep_last(3);
+        }
+        assert_eq!(follower.ask(now), Some(DetailRequest { run: RUN, decision: Decision(6) }));
     }
 
     #[test]

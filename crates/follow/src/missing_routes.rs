@@ -4,20 +4,18 @@ use std::collections::BTreeMap;
 
 use contract::{MonotonicNs, RouteId, RouteRequest, RunId};
 
-use crate::page_cursor::PageCursor;
+use crate::page_cursor::OneByOne;
 
 /// Routes whose points are missing, by what needs them: a decision, a robot. The first one is asked for first.
 #[derive(Clone, Debug)]
 pub struct MissingRoutes<K> {
     needed: BTreeMap<K, RouteId>,
-    /// The route that was asked for last, item 0 of a list of one.
-    asked: Option<RouteId>,
-    cursor: PageCursor,
+    asked: OneByOne<RouteId>,
 }
 
 impl<K> Default for MissingRoutes<K> {
     fn default() -> Self {
-        Self { needed: BTreeMap::new(), asked: None, cursor: PageCursor::default() }
+        Self { needed: BTreeMap::new(), asked: OneByOne::default() }
     }
 }
 
@@ -51,11 +49,8 @@ impl<K: Copy + Ord> MissingRoutes<K> {
 
     /// What to ask for at `now`: the first route that is missing, and again if it does not come.
     pub fn ask(&mut self, run: RunId, now: MonotonicNs) -> Option<RouteRequest> {
-        let id = *self.needed.first_key_value()?.1;
-        if self.asked != Some(id) {
-            (self.asked, self.cursor) = (Some(id), PageCursor::default());
-        }
-        self.cursor.ask(now)?;
+        let first = *self.needed.first_key_value()?.1;
+        let id = self.asked.ask(first, now)?;
         Some(RouteRequest { run, id })
     }
 }

@@ -65,6 +65,35 @@ impl PageCursor {
     }
 }
 
+/// What is served one by one, each as item 0 of a list of its own.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct OneByOne<T> {
+    asked: Option<T>,
+    cursor: PageCursor,
+}
+
+impl<T> Default for OneByOne<T> {
+    fn default() -> Self {
+        Self { asked: None, cursor: PageCursor::default() }
+    }
+}
+
+impl<T: Copy + PartialEq> OneByOne<T> {
+    /// Whether it is what was asked for last.
+    pub fn is_for(&self, item: &T) -> bool {
+        self.asked.as_ref() == Some(item)
+    }
+
+    /// The first item that is missing, if it is to be asked for at `now`: at once if another was asked for before, else after a pause.
+    pub fn ask(&mut self, first: T, now: MonotonicNs) -> Option<T> {
+        if !self.is_for(&first) {
+            *self = Self { asked: Some(first), cursor: PageCursor::default() };
+        }
+        self.cursor.ask(now)?;
+        Some(first)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -2,8 +2,8 @@
 //!
 //! The crate implements the motion model of Sakamoto & Kunii 2023 (P23), section IV, and from its predecessor on known
 //! ground, Sakamoto & Kubota 2022 (P22), launches at any angle, collisions and the vertical hop. Simulator and planners
-//! use the same functions and differ only in the ground they pass. Parameters are always arguments, so the crate holds no
-//! constant of any paper. Random numbers are a pure function of (seed, domain, robot, decision).
+//! use the same functions and differ only in the ground they pass. Parameters are arguments; the one constant of a paper is
+//! [`VERTICAL_DEG`], the 80° of P22. Random numbers are a pure function of (seed, domain, robot, decision).
 //!
 //! ```
 //! use contract::{Grid, MotionParameters, Soil, SoilMotion};
@@ -42,7 +42,7 @@ pub use draw::{Domain, Draw};
 pub use flight::{arc_height_m, flight, launch_velocity_mps, position_m};
 pub use landing::landing;
 pub use launch::Launch;
-pub use offer::{Offer, VERTICAL_RAD, offers, vertical_flight, vertical_launch};
+pub use offer::{Offer, VERTICAL_DEG, VERTICAL_RAD, checked, offers, vertical_flight, vertical_launch};
 pub use step_count::steps;
 pub use transition::{Transition, soil_motion, transition, transitions};
 pub use vertical::vertical_transition;

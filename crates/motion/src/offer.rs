@@ -5,14 +5,19 @@
 //! is that hop where its arc clears the ground ([`clears`]), else the vertical one where the rise is below its apex, else none. A slip
 //! whose arc does not clear the ground ends where it began.
 
-use contract::{Action, Cell, Direction, Flight, Grid, Ground, MotionParameters};
+use contract::{Action, Branch, Cell, Direction, Flight, Grid, Ground, MotionParameters};
 
-use crate::{Launch, Transition, clears, design_launch, soil_motion, transitions, vertical_transition};
+use crate::{
+    Launch, Transition, clears, design_launch, soil_motion, transition, transitions, vertical_transition,
+};
 
-/// Launch angle of the vertical hop, radians: 80°.
-pub const VERTICAL_RAD: f64 = 80.0 * std::f64::consts::PI / 180.0;
+/// Launch angle of the vertical hop, degrees.
+pub const VERTICAL_DEG: f64 = 80.0;
 
-/// A hop that a hopper has.
+/// The same, radians.
+pub const VERTICAL_RAD: f64 = VERTICAL_DEG * std::f64::consts::PI / 180.0;
+
+/// A hop that is available from a cell.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Offer {
     /// The hop.
@@ -34,6 +39,18 @@ impl Offer {
         let (stays_left, left) = if left_stays { (left, 0.0) } else { (0.0, left) };
         let (stays_right, right) = if right_stays { (right, 0.0) } else { (0.0, right) };
         Transition { intended, stayed: stayed + stays_left + stays_right, left, right }
+    }
+
+    /// Where it ends by a number that is uniform in [0, 1), and whether it stays since its slip would collide.
+    #[must_use]
+    pub fn branch(&self, uniform: f64) -> (Branch, bool) {
+        let drawn = self.drawn.branch(uniform);
+        let collides = match drawn {
+            Branch::Left => self.collides[0],
+            Branch::Right => self.collides[1],
+            _ => false,
+        };
+        (if collides { Branch::Stayed } else { drawn }, collides)
     }
 }
 
@@ -65,36 +82,110 @@ pub fn vertical_flight(
     }
 }
 
-/// The hop towards each direction from a cell with that ground, in the order of [`Direction::ALL`]; `None` where there is none. Of
-/// ground without a height nothing is in the way.
+/// The hop towards each direction from a cell with that ground, in the order of [`Direction::ALL`]; `None` where there is none. Ground of
+/// unknown height blocks no arc.
 #[must_use]
 pub fn offers(
     parameters: &MotionParameters,
     grid: &Grid,
-    (from, ground): (Cell, &Ground),
+    from: (Cell, &Ground),
     height_m: impl Fn(Cell) -> Option<f64>,
 ) -> [Option<Offer>; 4] {
-    let drawn = transitions(parameters, ground);
     if !parameters.vertical {
+        let drawn = transitions(parameters, from.1);
         return Direction::ALL.map(|direction| {
             let (action, drawn) = (Action::Hop(direction), drawn[direction as usize]);
             Some(Offer { action, drawn, collides: [false; 2], climb_m: None })
         });
     }
-    let clear =
-        Direction::ALL.map(|direction| clears(parameters, grid, ground.soil, (from, direction), &height_m));
-    let is_clear = |direction: Direction| clear[direction as usize];
-    Direction::ALL.map(|direction| {
-        let collides = [!is_clear(direction.left()), !is_clear(direction.right())];
-        if is_clear(direction) {
-            let (action, drawn) = (Action::Hop(direction), drawn[direction as usize]);
-            return Some(Offer { action, drawn, collides, climb_m: None });
+    let checks = Checks::new(parameters, grid, from, &height_m);
+    Direction::ALL.map(|towards| checks.hop(towards).or_else(|| checks.up(towards)))
+}
+
+/// `action` from a cell with that ground, with its arcs checked; `None` if it is no hop or has no way to where it aims.
+#[must_use]
+pub fn checked(
+    parameters: &MotionParameters,
+    grid: &Grid,
+    from: (Cell, &Ground),
+    action: Action,
+    height_m: impl Fn(Cell) -> Option<f64>,
+) -> Option<Offer> {
+    let checks = Checks::new(parameters, grid, from, &height_m);
+    match action {
+        Action::Hop(direction) => checks.hop(direction),
+        Action::Up(direction) => checks.up(direction),
+        _ => None,
+    }
+}
+
+/// The hops from a cell, by what stands around it.
+struct Checks<'a, H> {
+    parameters: &'a MotionParameters,
+    grid: &'a Grid,
+    from: Cell,
+    ground: &'a Ground,
+    height_m: &'a H,
+    /// Whether the arc towards each direction clears the ground.
+    clear: [bool; 4],
+}
+
+impl<'a, H: Fn(Cell) -> Option<f64>> Checks<'a, H> {
+    fn new(
+        parameters: &'a MotionParameters,
+        grid: &'a Grid,
+        (from, ground): (Cell, &'a Ground),
+        height_m: &'a H,
+    ) -> Self {
+        let clear =
+            Direction::ALL.map(|towards| clears(parameters, grid, ground.soil, (from, towards), height_m));
+        Self { parameters, grid, from, ground, height_m, clear }
+    }
+
+    fn is_clear(&self, direction: Direction) -> bool {
+        self.clear[direction as usize]
+    }
+
+    /// The hop at the launch angle.
+    fn hop(&self, direction: Direction) -> Option<Offer> {
+        if !self.is_clear(direction) {
+            return None;
         }
-        let rise_m = height_m(grid.hop(from, direction))? - height_m(from)?;
-        let apex_m = vertical_launch(parameters, grid, ground.soil).apex_height_m();
-        let drawn = vertical_transition(soil_motion(parameters, ground.soil), rise_m, apex_m)?;
+        let drawn = transition(self.parameters, self.ground, direction);
+        Some(Offer {
+            action: Action::Hop(direction),
+            drawn,
+            collides: self.collides(direction),
+            climb_m: None,
+        })
+    }
+
+    /// The vertical hop, where the hop at the launch angle is not clear.
+    fn up(&self, direction: Direction) -> Option<Offer> {
+        if self.is_clear(direction) {
+            return None;
+        }
+        let (height_m, aim) = (self.height_m, self.grid.hop(self.from, direction));
+        let here_m = height_m(self.from)?;
+        let rise_m = height_m(aim)? - here_m;
+        let apex_m = vertical_launch(self.parameters, self.grid, self.ground.soil).apex_height_m();
+        // Nothing on the way stands as high as the apex either.
+        let [east, north] = [aim.x - self.from.x, aim.y - self.from.y].map(i32::signum);
+        let mut between = (1..self.grid.hop_cells as i32)
+            .map(|n| Cell::new(self.from.x + n * east, self.from.y + n * north));
+        if between.any(|cell| height_m(cell).is_some_and(|top_m| top_m - here_m >= apex_m)) {
+            return None;
+        }
+        let motion = soil_motion(self.parameters, self.ground.soil);
+        let drawn = vertical_transition(motion, rise_m, apex_m)?;
+        let collides = self.collides(direction);
         Some(Offer { action: Action::Up(direction), drawn, collides, climb_m: Some(rise_m) })
-    })
+    }
+
+    /// Whether slips to the left and to the right would collide.
+    fn collides(&self, direction: Direction) -> [bool; 2] {
+        [direction.left(), direction.right()].map(|aside| !self.is_clear(aside))
+    }
 }
 
 #[cfg(test)]

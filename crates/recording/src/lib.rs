@@ -18,7 +18,6 @@ pub mod channel;
 pub mod compression;
 pub mod conversion;
 mod definitions;
-mod details;
 mod earlier_brief;
 pub mod entry;
 pub mod error;
@@ -38,6 +37,7 @@ pub mod sequence_gap;
 pub mod skipped_messages;
 pub mod transcript;
 pub mod view;
+mod waiting_records;
 
 pub use channel::Channel;
 pub use entry::Entry;

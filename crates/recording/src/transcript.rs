@@ -18,9 +18,9 @@ use prost::Message as _;
 
 use crate::announced_routes::AnnouncedRoutes;
 use crate::channel::ROBOT;
-use crate::details::Details;
 use crate::proto::foxglove::log::Level;
 use crate::view::{self, ViewMessage, Views};
+use crate::waiting_records::WaitingRecords;
 use crate::{Channel, JsonMessage, RecordedMessage, SequenceGap, SequenceGaps};
 
 /// Time between two requests for the past while less than a page is missing, nanoseconds.
@@ -118,7 +118,7 @@ pub struct Transcript {
     map: Replica,
     views: Views,
     routes: AnnouncedRoutes,
-    details: Details,
+    details: WaitingRecords,
     /// Of uncertain ground, for viewers: it is not written.
     prior: PriorFollower,
     processes: BTreeSet<Incarnation>,
@@ -137,7 +137,7 @@ impl Default for Transcript {
             map: Replica::new(ROBOT),
             views: Views::default(),
             routes: AnnouncedRoutes::default(),
-            details: Details::default(),
+            details: WaitingRecords::default(),
             prior: PriorFollower::default(),
             processes: BTreeSet::new(),
         }

@@ -10,21 +10,16 @@ use std::f64::consts::SQRT_2;
 use rover::{CostMap, Point, Segment};
 
 use crate::kept_clear::distance_m;
-use crate::shorten::{pull_tight, pull_tight_clear};
+use crate::shorten::pull_tight;
 use crate::{Goal, KeptClear, Route, Trip};
 
 /// The route, or none if no route to the goal keeps the clearance from forbidden cells: 0 for none.
 #[must_use]
 pub fn ett_exact(costs: &CostMap, trip: &Trip, clearance_m: f64) -> Option<Route> {
-    if clearance_m <= 0.0 {
-        let mut points = graph_route(costs, trip)?.points;
-        pull_tight(costs, &mut points);
-        return Some(Route::new(costs, points));
-    }
     let kept = KeptClear::new(costs, trip, clearance_m);
-    let mut points =
-        Search::new(costs, trip.goal, Some(Clearance::new(&kept, clearance_m))).run(trip.start)?.points;
-    pull_tight_clear(&kept, &mut points);
+    let clearance = (clearance_m > 0.0).then(|| Clearance::new(&kept, clearance_m));
+    let mut points = Search::new(costs, trip.goal, clearance).run(trip.start)?.points;
+    pull_tight(&kept, &mut points);
     Some(Route::new(costs, points))
 }
 

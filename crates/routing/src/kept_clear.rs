@@ -24,15 +24,21 @@ pub struct KeptClear<'a> {
 }
 
 impl<'a> KeptClear<'a> {
+    /// The map without a clearance.
+    #[must_use]
+    pub fn none(costs: &'a CostMap) -> Self {
+        Self { costs, clearance_m: 0.0, is_near: Vec::new(), exempt: Vec::new() }
+    }
+
     /// The map for a trip, with a clearance of 0 or more.
     #[must_use]
     pub fn new(costs: &'a CostMap, trip: &Trip, clearance_m: f64) -> Self {
-        let lattice = costs.lattice();
-        let rings = clearance_m.ceil() as usize;
-        let mut kept = Self { costs, clearance_m, is_near: Vec::new(), exempt: Vec::new() };
+        let mut kept = Self { clearance_m: clearance_m.max(0.0), ..Self::none(costs) };
         if clearance_m <= 0.0 {
             return kept;
         }
+        let lattice = costs.lattice();
+        let rings = clearance_m.ceil() as usize;
         let ends = [trip.start, trip.goal.at].map(|at| Segment { from: at, to: at });
         let around_end =
             |end: Segment| around(lattice, lattice.cell(end.from), rings).map(move |cell| (end, cell));
@@ -57,7 +63,7 @@ impl<'a> KeptClear<'a> {
     /// The cost of a way through `points`; 0 for less than two.
     #[must_use]
     pub fn way(&self, points: &[Point]) -> f64 {
-        points.windows(2).map(|pair| self.segment(Segment { from: pair[0], to: pair[1] })).sum()
+        Segment::along(points).map(|segment| self.segment(segment)).sum()
     }
 
     /// [`KeptClear::segment`]; infinite too if it costs more than `limit`.

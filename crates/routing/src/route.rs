@@ -44,7 +44,7 @@ impl Goal {
 
     /// Ends a way where it first enters the disc.
     pub(crate) fn cut(self, points: &mut Vec<Point>) {
-        let entries = points.windows(2).map(|pair| self.entry(Segment { from: pair[0], to: pair[1] }));
+        let entries = Segment::along(points).map(|segment| self.entry(segment));
         let first = entries.enumerate().find_map(|(leg, entry)| entry.map(|entry| (leg, entry)));
         if let Some((leg, entry)) = first {
             points.truncate(leg + 1);

@@ -5,41 +5,6 @@ use rover::{CostMap, Point, Segment};
 use crate::KeptClear;
 use crate::stream::Stream;
 
-/// What segments cost, infinite where they may not lead.
-trait Ways {
-    fn costs(&self) -> &CostMap;
-    fn within(&self, segment: Segment, limit: f64) -> f64;
-    fn way(&self, points: &[Point]) -> f64;
-}
-
-impl Ways for CostMap {
-    fn costs(&self) -> &CostMap {
-        self
-    }
-
-    fn within(&self, segment: Segment, limit: f64) -> f64 {
-        self.within(segment, limit)
-    }
-
-    fn way(&self, points: &[Point]) -> f64 {
-        self.way(points)
-    }
-}
-
-impl Ways for KeptClear<'_> {
-    fn costs(&self) -> &CostMap {
-        self.costs()
-    }
-
-    fn within(&self, segment: Segment, limit: f64) -> f64 {
-        self.within(segment, limit)
-    }
-
-    fn way(&self, points: &[Point]) -> f64 {
-        self.way(points)
-    }
-}
-
 /// Tries `count` times to replace the way between two random points of a route by a straight line, and keeps what is cheaper.
 pub fn random_shortcuts(costs: &CostMap, points: &mut Vec<Point>, count: usize, random: &mut Stream) {
     for _ in 0..count {
@@ -81,16 +46,7 @@ const STEPS_M: [f64; 6] = [2.0, 1.0, 0.5, 0.25, 0.1, 0.05];
 /// Makes a route cheaper until neither leaving out waypoints nor moving them helps much. Its ends stay.
 ///
 /// Never dearer than before: every change is measured by the exact integral.
-pub fn pull_tight(costs: &CostMap, points: &mut Vec<Point>) {
-    pull(costs, points);
-}
-
-/// [`pull_tight`] along ways that keep clear of forbidden cells.
-pub(crate) fn pull_tight_clear(kept: &KeptClear<'_>, points: &mut Vec<Point>) {
-    pull(kept, points);
-}
-
-fn pull(ways: &impl Ways, points: &mut Vec<Point>) {
+pub fn pull_tight(ways: &KeptClear<'_>, points: &mut Vec<Point>) {
     straighten(points);
     loop {
         let before = points.len();
@@ -131,7 +87,7 @@ fn straighten(points: &mut Vec<Point>) {
 }
 
 /// The cheapest way along some of the waypoints, in their order.
-fn skip(ways: &impl Ways, points: &mut Vec<Point>) {
+fn skip(ways: &KeptClear<'_>, points: &mut Vec<Point>) {
     let mut best = vec![(0.0, 0); points.len()];
     for to in 1..points.len() {
         let mut found = (f64::INFINITY, to - 1);
@@ -157,7 +113,7 @@ fn skip(ways: &impl Ways, points: &mut Vec<Point>) {
 }
 
 /// Moves each inner waypoint a step in the best of eight directions, as long as that is cheaper.
-fn move_points(ways: &impl Ways, points: &mut [Point], step_m: f64) {
+fn move_points(ways: &KeptClear<'_>, points: &mut [Point], step_m: f64) {
     const DIRECTIONS: [(f64, f64); 8] = [
         (1.0, 0.0),
         (1.0, 1.0),

@@ -35,7 +35,7 @@ pub struct MissionBrief {
     pub hops_max: u64,
     /// What is known of the map beforehand: `unknown`, only what the sensor has seen, or `known`, all of it. With `known` every hopper
     /// sees the whole map from where it is, whatever the radii of its sensor.
-    #[serde(default, skip_serializing_if = "MapBefore::is_unknown")]
+    #[serde(default, skip_serializing_if = "is_default")]
     pub map: MapBefore,
     /// Elevation that heights are relative to, metres, or `survey`: the mean of the map.
     #[serde(default = "zero")]
@@ -64,12 +64,6 @@ pub enum MapBefore {
     Unknown,
     /// The whole map.
     Known,
-}
-
-impl MapBefore {
-    fn is_unknown(&self) -> bool {
-        *self == Self::Unknown
-    }
 }
 
 /// How open points of Sakamoto & Kunii 2023 are read, where not as by default.

@@ -318,7 +318,14 @@ impl Scenario {
             Profile::Paper2022 => 0.0,
             Profile::Paper2023 | Profile::Hopper => self.brief.payoff.sand_term,
         };
-        let safety = with_climbs(terrain.safety_range(sand_term), &self.design().motion, terrain);
+        let Design { motion, .. } = self.design();
+        let own = self.robots.iter().filter_map(RobotRules::own_launch_angle_deg);
+        let own = own.map(|deg| MotionParameters { launch_angle_rad: deg.to_radians(), ..motion });
+        let slopes = terrain.safety_range(sand_term);
+        let safety = [motion]
+            .into_iter()
+            .chain(own)
+            .fold(slopes, |range, motion| with_climbs(range, &motion, terrain));
         let priors = &mut self.brief.priors;
         for (prior, surveyed) in
             [(&mut priors.safety, safety), (&mut priors.height_m, terrain.height_range())]
@@ -442,7 +449,10 @@ impl Scenario {
             return refuse("robot.vertical", need, format!("\"{model}\""));
         }
         let own_deg = self.robots.iter().filter_map(RobotRules::own_launch_angle_deg);
-        match own_deg.chain([self.robot.launch_angle_deg]).find(|angle_deg| *angle_deg >= VERTICAL_DEG) {
+        match own_deg
+            .chain([self.robot.launch_angle_deg])
+            .find(|angle_deg| *angle_deg >= motion::VERTICAL_DEG)
+        {
             Some(angle_deg) => {
                 let need = "launch angles below the 80 degrees of the vertical hop";
                 refuse("robot.vertical", need, format!("{angle_deg} degrees"))
@@ -466,9 +476,6 @@ impl From<Scatter> for SoilMotion {
         Self { intended, stuck, sideways, flights }
     }
 }
-
-/// Launch angle of the vertical hop, degrees.
-const VERTICAL_DEG: f64 = 80.0;
 
 /// The range of S, widened by the climbs of all vertical hops that the ground offers: there S is −|Δh| (P22 eq. 10).
 fn with_climbs(slopes: Range, motion: &MotionParameters, terrain: &Terrain) -> Range {

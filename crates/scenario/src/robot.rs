@@ -24,7 +24,7 @@ pub struct Robot {
     pub slope_limit_deg: f64,
     /// Whether hoppers have the vertical hop at 80 degrees of Sakamoto & Kubota 2022 where a hop at the launch angle would collide; needs
     /// `truth.dynamics.model = "collision"`.
-    #[serde(skip_serializing_if = "is_not")]
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub vertical: bool,
     /// Scatter of hops from hard ground.
     pub hard: Scatter,
@@ -93,10 +93,6 @@ impl Robot {
         self.hard.check("robot.hard")?;
         self.sand.check("robot.sand")
     }
-}
-
-fn is_not(value: &bool) -> bool {
-    !value
 }
 
 /// Refuses a launch angle that no brief can hold.

@@ -3,7 +3,7 @@
 //! A hop that does not clear the ground to its target stays. So does one that is drawn to slip and does not clear the ground to where it slips: without
 //! this second check slips would pass walls. A vertical hop takes no check on its way to its target but the rise, of which it is offered.
 
-use contract::{Action, Branch, Detail, Direction, Flight, MotionModel as Model, Outcome, PathPoint};
+use contract::{Action, Branch, Detail, Flight, MotionModel as Model, Outcome, PathPoint};
 use motion::{Domain, Draw};
 use scenario::CollisionRules;
 
@@ -30,25 +30,13 @@ impl MotionModel for Collision {
         let ground = terrain.ground(from).expect("a mission underway stands on its terrain");
         let height = |cell| terrain.ground(cell).map(|ground| ground.height_m);
         let uniform = Draw::new(mission.seed, Domain::Motion, robot, decision).uniform();
+        let action = if hop.is_up { Action::Up(direction) } else { Action::Hop(direction) };
+        let offer = motion::checked(law, grid, (from, ground), action, height);
+        let (branch, collides) = offer.map_or((Branch::Stayed, true), |offer| offer.branch(uniform));
+        let rise_m = height_m(terrain, grid.hop(from, direction), from) - ground.height_m;
         if hop.is_up {
-            let offer = motion::offers(law, grid, (from, ground), height)[direction as usize];
-            let offer = offer.filter(|offer| offer.action == Action::Up(direction));
-            let rise_m = height_m(terrain, grid.hop(from, direction), from) - ground.height_m;
-            let flight = motion::vertical_flight(law, grid, ground.soil, rise_m);
-            let drawn = offer.map_or(Branch::Stayed, |offer| offer.drawn.branch(uniform));
-            let collides = offer.is_none_or(|offer| match drawn {
-                Branch::Left => offer.collides[0],
-                Branch::Right => offer.collides[1],
-                _ => false,
-            });
-            return landing(hop, drawn, collides, flight);
+            return landing(hop, branch, collides, motion::vertical_flight(law, grid, ground.soil, rise_m));
         }
-        let clears = |direction| motion::clears(law, grid, ground.soil, (from, direction), height);
-        let drawn = motion::transition(law, ground, direction).branch(uniform);
-        let is_blocked = |towards: Direction| !clears(towards);
-        let collides = is_blocked(direction)
-            || drawn == Branch::Left && is_blocked(direction.left())
-            || drawn == Branch::Right && is_blocked(direction.right());
         let launch = motion::design_launch(law, grid, ground.soil);
         let flights = motion::soil_motion(law, ground.soil).flights;
         let range_m = grid.hop_distance_m() / f64::from(flights);
@@ -56,20 +44,18 @@ impl MotionModel for Collision {
             launch_speed_mps: launch.speed_mps,
             launch_angle_rad: launch.angle_rad,
             range_m,
-            rise_m: (height_m(terrain, grid.hop(from, direction), from) - ground.height_m)
-                / f64::from(flights),
+            rise_m: rise_m / f64::from(flights),
             apex_height_m: launch.apex_height_m(),
             flight_time_s: launch.time_s(range_m),
             flights,
         };
-        landing(hop, drawn, collides, flight)
+        landing(hop, branch, collides, flight)
     }
 }
 
-/// Where a hop ends whose branch is drawn: where it began if it collides.
-fn landing(hop: &Hop<'_>, drawn: Branch, collides: bool, flight: Flight) -> Landing {
+/// A hop with that end, and whether it stays since it collides.
+fn landing(hop: &Hop<'_>, branch: Branch, collides: bool, flight: Flight) -> Landing {
     let Hop { mission, from, direction, .. } = *hop;
-    let branch = if collides { Branch::Stayed } else { drawn };
     let to = motion::landing(&mission.brief.grid, from, direction, branch);
     let at = |cell| middle_m(mission, cell, from);
     let leaves = motion::launch_velocity_mps(&flight, direction);

@@ -14,8 +14,8 @@ use std::fmt;
 use std::sync::Arc;
 
 use contract::{
-    Action, Announcement, Brief, Cell, Command, Decision, Digest, Incarnation, Leader, MonotonicNs, Name,
-    Record, Refusal, RobotId, Status, Timing,
+    Announcement, Brief, Cell, Command, Decision, Digest, Incarnation, Leader, MonotonicNs, Name, Record,
+    Refusal, RobotId, Status, Timing,
 };
 use serde::Serialize;
 use terrain::Terrain;
@@ -191,12 +191,8 @@ impl Audit {
         let (from, visits, steps) = self.alone;
         let outcome = &record.outcome;
         same("outcome.from", from, outcome.from)?;
-        let to = match record.action {
-            Action::Hop(direction) | Action::Up(direction) => {
-                motion::landing(&self.brief.grid, from, direction, outcome.branch)
-            }
-            _ => from,
-        };
+        let landing = |direction| motion::landing(&self.brief.grid, from, direction, outcome.branch);
+        let to = record.action.hop().map_or(from, landing);
         // Physics may lead anywhere.
         let to = if self.is_law { to } else { outcome.to };
         same("outcome.to", to, outcome.to)?;

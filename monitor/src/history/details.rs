@@ -62,14 +62,14 @@ impl Details {
 
     /// Notes an executed decision.
     pub(super) fn record(&mut self, record: &Record) {
-        if !self.numbers.contains_key(&record.decision) {
-            self.missing.record(record);
-        }
+        self.missing.record(record);
+        self.missing.keep_last(DETAILS_KEPT);
     }
 
     /// Notes the decision that led to a state.
     pub(super) fn state(&mut self, robots: &Robots, state: &State) {
         self.missing.state(robots, state);
+        self.missing.keep_last(DETAILS_KEPT);
     }
 
     /// Adds a detail that was asked for.

@@ -9,7 +9,7 @@ use contract::map::belief::Belief;
 use contract::map::payoff::LandingPayoff;
 use contract::{
     Account, Action, Cell, Decision, Direction, Ground, Leg, Name, ObservedMap, Policy, PolicyCell, Profile,
-    RobotId, Soil, Vetoed,
+    RobotId, Soil, UnseenGround, Vetoed,
 };
 use motion::{Transition, offers};
 
@@ -45,8 +45,8 @@ pub struct HopReason {
     pub terms: Option<[f64; 3]>,
     /// Where landing as aimed ends the mission or the leg.
     pub ends: Option<Ends>,
-    /// Expected discounted payoff of the hop and what follows; `None` without a policy, and while treasures are planned
-    /// for, whose values depend on which are left.
+    /// Expected discounted payoff of the hop and what follows; `None` without a policy, where the plan is another process
+    /// (profile `paper-2022`, plans over seen ground alone), and while treasures are planned for, whose values depend on which are left.
     pub value: Option<f64>,
 }
 
@@ -149,8 +149,9 @@ impl<'a> Surroundings<'a> {
     /// The values of the four hops in the order of [`Direction::ALL`].
     fn values(&self, cell: Cell, ground: &Ground, chances: &[Transition; 4]) -> Option<[f64; 4]> {
         let has_treasures = self.leg.priors.treasures > 0 || !self.map.treasures().is_empty();
-        // In profile paper-2022 a period pays for the cell that it begins on.
-        let is_other = self.leg.profile == Profile::Paper2022;
+        // In profile paper-2022 a period pays for the cell that it begins on; over seen ground alone, unseen cells end the plan.
+        let is_other =
+            self.leg.profile == Profile::Paper2022 || self.leg.reading.unseen != UnseenGround::Flat;
         if has_treasures || is_other || self.ends(cell).is_some() {
             return None;
         }

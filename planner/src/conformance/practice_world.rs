@@ -145,13 +145,13 @@ impl PracticeWorld {
     pub(super) fn act(&self, mut progress: Progress, action: Action, seed: u64) -> Option<Progress> {
         let Progress { map, state } = &mut progress;
         let ground = *self.ground(state.pose.cell)?;
-        let (branch, cell) = match action {
-            Action::Hop(direction) | Action::Up(direction) => {
+        let (branch, cell) = match action.hop() {
+            Some(direction) => {
                 let uniform = Draw::new(seed, Domain::Motion, RobotId(0), state.decision).uniform();
                 let branch = transition(&self.leg.motion, &ground, direction).branch(uniform);
                 (branch, landing(&self.leg.grid, state.pose.cell, direction, branch))
             }
-            _ => (Branch::Held, state.pose.cell),
+            None => (Branch::Held, state.pose.cell),
         };
         state.steps += steps(ground.soil, action, branch);
         state.decision = Decision(state.decision.0 + 1);

@@ -16,6 +16,13 @@ pub struct Estimate {
     pub high: f64,
 }
 
+impl From<&Estimate> for (f64, f64) {
+    /// The interval.
+    fn from(Estimate { low, high, .. }: &Estimate) -> Self {
+        (*low, *high)
+    }
+}
+
 impl Estimate {
     fn new(value: f64, error: f64) -> Self {
         Self { value, low: value - Z * error, high: value + Z * error }

@@ -16,7 +16,9 @@ use std::hint::black_box;
 use helicopter::{BUDGET_M, Camera, scout};
 use kiddo::{KdTree, SquaredEuclidean};
 use p21::{Arm, LargeMap, RoverPlanner, Samples, Setup, World, announce, fly, monte_carlo, monte_carlo_of};
-use routing::{BucketGrid, RrtStarIt, Stream, Trip, ett_exact, pull_tight, rrt_star_ett, rrt_star_it};
+use routing::{
+    BucketGrid, KeptClear, RrtStarIt, Stream, Trip, ett_exact, pull_tight, rrt_star_ett, rrt_star_it,
+};
 use rover::{Belief, Caution, CostMap, Lattice, Point};
 use rustix::time::{ClockId, clock_gettime};
 
@@ -188,7 +190,7 @@ fn quality() {
         first.push(100.0 * (route.cost / best.cost - 1.0));
         let costs = world.prior.expected_time(Caution::default());
         let mut points = route.points.clone();
-        pull_tight(&costs, &mut points);
+        pull_tight(&KeptClear::none(&costs), &mut points);
         tight.push(100.0 * (costs.way(&points) / best.cost - 1.0));
         let outcome = fly(&world, Arm::InformationTheoretic, &setup, seed, announced.as_ref());
         let mut belief = world.prior.clone();

@@ -4,13 +4,14 @@
 //! cell that a campaign does not have is left out. Nothing is hidden by a profile or reading that fits better elsewhere.
 
 use campaign::cell_results::CellResults;
-use campaign::statistics::{Interval, Sample, welch, wilson};
+use campaign::statistics::Sample;
 use campaign::tally::CellStatistics;
 use contract::Profile;
 
 use crate::cell_beside_paper::CellBesidePaper;
 use crate::claim::{Claim, Verdict};
 use crate::paper_tests::{PaperTest, paper_tests};
+use crate::range::Range;
 use crate::tables::{self, Published, TRIALS, WEIGHTS};
 
 /// Both planners on a ground under a pair of weights, ours and the paper's.
@@ -18,67 +19,6 @@ struct Pair<'a> {
     weights: [f64; 2],
     mdp: (&'a CellStatistics, Published),
     greedy: (&'a CellStatistics, Published),
-}
-
-/// A number with its interval.
-#[derive(Clone, Copy)]
-struct Range {
-    value: f64,
-    low: f64,
-    high: f64,
-}
-
-impl From<Range> for (f64, f64) {
-    fn from(Range { low, high, .. }: Range) -> Self {
-        (low, high)
-    }
-}
-
-impl Range {
-    fn of_share(successes: u64, trials: u64) -> Self {
-        let Interval { low, high } = wilson(successes, trials);
-        Self { value: successes as f64 / trials as f64, low, high }
-    }
-
-    /// First mean less second (Welch).
-    fn of_difference(first: &Sample, second: &Sample) -> Option<Self> {
-        let critical = welch(first, second)?.critical;
-        let value = first.mean? - second.mean?;
-        let half = critical * (first.variance_of_mean()? + second.variance_of_mean()?).sqrt();
-        Some(Self { value, low: value - half, high: value + half })
-    }
-
-    /// First share less second (Newcombe 1998, from the Wilson intervals of both).
-    fn of_shares(first: (u64, u64), second: (u64, u64)) -> Self {
-        let [a, b] = [first, second].map(|(successes, trials)| Self::of_share(successes, trials));
-        let value = a.value - b.value;
-        let low = value - libm::hypot(a.value - a.low, b.high - b.value);
-        let high = value + libm::hypot(a.high - a.value, b.value - b.low);
-        Self { value, low, high }
-    }
-
-    /// How many times the second share the first is, by its logarithm (Katz et al. 1978); `None` if one is 0.
-    fn of_ratio((a, in_a): (u64, u64), (b, in_b): (u64, u64)) -> Option<Self> {
-        if a == 0 || b == 0 {
-            return None;
-        }
-        let [a, in_a, b, in_b] = [a, in_a, b, in_b].map(|count| count as f64);
-        let value = (a / in_a) / (b / in_b);
-        let error = (1.0 / a - 1.0 / in_a + 1.0 / b - 1.0 / in_b).sqrt();
-        let factor = libm::exp(1.96 * error);
-        Some(Self { value, low: value / factor, high: value * factor })
-    }
-
-    fn written(&self, decimals: usize) -> String {
-        let Self { value, low, high } = self;
-        let text = format!("{value:.decimals$} ({low:.decimals$} to {high:.decimals$})");
-        text.replace('-', "−")
-    }
-
-    fn percent(&self) -> String {
-        let scale = |part: f64| 100.0 * part;
-        Self { value: scale(self.value), low: scale(self.low), high: scale(self.high) }.written(1)
-    }
 }
 
 fn share(statistics: &CellStatistics) -> (u64, u64) {
@@ -132,8 +72,8 @@ pub(crate) fn claims(cells: &[CellBesidePaper<'_>]) -> Vec<Claim> {
     claims.extend(large.iter().map(|pair| more_success("large, another map", pair)));
     claims.extend(large.iter().filter_map(half_the_steps));
     claims.extend(large.first().map(fails_on_the_large_map));
-    claims.extend(treasures.iter().map(two_treasures));
-    claims.extend(treasures.iter().map(greedy_gets_one));
+    claims.extend(treasures.iter().filter_map(two_treasures));
+    claims.extend(treasures.iter().filter_map(greedy_gets_one));
     claims.extend(treasures.iter().filter_map(more_treasures));
     claims.extend(treasures.iter().filter_map(|hunt| detour(hunt, &hard)));
     claims.extend(treasures.iter().filter_map(|hunt| no_less_success(hunt, &hard)));
@@ -283,38 +223,38 @@ fn fails_on_the_large_map(pair: &Pair<'_>) -> Claim {
     Claim::new(
         "safety alone makes the MDP fail: large, another map (1, 0)",
         "5 of 100 arrive",
-        &format!("{} %, what 5 of 100 allow", Range { value: 0.05, ..paper }.percent()),
+        &format!("{} %, what 5 of 100 allow", paper.percent()),
         format!("{} %", ours.percent()),
         Verdict::within(ours, paper.low, paper.high),
     )
 }
 
 /// Share of the successes that collect exactly so many treasures.
-fn collects(statistics: &CellStatistics, treasures: u64) -> Range {
+fn collects(statistics: &CellStatistics, treasures: u64) -> Option<Range> {
     let count = statistics.treasure_counts.get(&treasures).copied().unwrap_or_default();
-    Range::of_share(count, statistics.successes)
+    if statistics.successes == 0 { None } else { Some(Range::of_share(count, statistics.successes)) }
 }
 
-fn two_treasures(pair: &Pair<'_>) -> Claim {
-    let two = collects(pair.mdp.0, 2);
-    Claim::new(
+fn two_treasures(pair: &Pair<'_>) -> Option<Claim> {
+    let two = collects(pair.mdp.0, 2)?;
+    Some(Claim::new(
         &format!("the MDP collects two treasures most often {}", at(pair.weights)),
         "yes",
         "in more than half of its successes",
         format!("{} %", two.percent()),
         Verdict::above(two, 0.5),
-    )
+    ))
 }
 
-fn greedy_gets_one(pair: &Pair<'_>) -> Claim {
-    let one = collects(pair.greedy.0, 1);
-    Claim::new(
+fn greedy_gets_one(pair: &Pair<'_>) -> Option<Claim> {
+    let one = collects(pair.greedy.0, 1)?;
+    Some(Claim::new(
         &format!("greedy collects one treasure most often {}", at(pair.weights)),
         "yes",
         "in more than half of its successes",
         format!("{} %", one.percent()),
         Verdict::above(one, 0.5),
-    )
+    ))
 }
 
 fn more_treasures(pair: &Pair<'_>) -> Option<Claim> {

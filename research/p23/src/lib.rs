@@ -19,6 +19,7 @@ mod markdown_report;
 mod paper_comparison;
 mod paper_report;
 mod paper_tests;
+mod range;
 mod reading_scores;
 pub mod tables;
 

@@ -6,16 +6,6 @@ use p19::{Account, Estimate, Moments, PERCENTS, PLANNERS, Row, Sharing, row};
 
 use crate::claims::{Claim, Verdict};
 
-/// Whether all of the interval lies within `low` to `high`.
-fn within(estimate: &Estimate, low: f64, high: f64) -> Verdict {
-    Verdict::within((estimate.low, estimate.high), low, high)
-}
-
-/// Whether all of the interval is above `limit`.
-fn above(estimate: &Estimate, limit: f64) -> Verdict {
-    Verdict::above((estimate.low, estimate.high), limit)
-}
-
 /// Every claim, in the order of the paper's figures.
 pub fn all(account: &Account) -> Vec<Claim> {
     let single = &account.single;
@@ -70,7 +60,7 @@ fn shorter(statement: &str, rows: &[Row], short: Algorithm, long: Algorithm) -> 
         "yes",
         "the mean difference in path ratio is above 0 at each percentage",
         format!("{}, {}", at(0), at(PERCENTS.len() - 1)),
-        Verdict::all(longer.iter().map(|longer| above(longer, 0.0))),
+        Verdict::all(longer.iter().map(|longer| Verdict::above(longer, 0.0))),
     )
 }
 
@@ -83,7 +73,7 @@ fn last_cells(ground: &str, rows: &[Row], algorithm: Algorithm) -> Claim {
         "10 to 20 %",
         "the mean increases by 10 to 20 %",
         format!("{} %", more.written(1)),
-        within(&more, 10.0, 20.0),
+        Verdict::within(&more, 10.0, 20.0),
     )
 }
 
@@ -96,7 +86,7 @@ fn spread(rows: &[Row], algorithm: Algorithm) -> Claim {
         "twice",
         "1.75 to 2.25 times",
         format!("{} times", times.written(2)),
-        within(&times, 1.75, 2.25),
+        Verdict::within(&times, 1.75, 2.25),
     )
 }
 
@@ -134,7 +124,7 @@ fn one_pair(pair: &[Row; 2]) -> [Claim; 2] {
             "yes",
             "in less than half of the worlds they differ by at most 5 steps",
             format!("{} % of the worlds", close.written(1)),
-            within(&close, 0.0, 50.0),
+            Verdict::within(&close, 0.0, 50.0),
         ),
     ]
 }
@@ -172,7 +162,7 @@ fn overlap_is_shorter(sharing: &[Sharing]) -> Claim {
             case.ground.side,
             case.ground.side
         ),
-        Verdict::all(times.iter().map(|(times, _)| above(times, 1.0))),
+        Verdict::all(times.iter().map(|(times, _)| Verdict::above(times, 1.0))),
     )
 }
 
@@ -187,6 +177,6 @@ fn overlap_varies_less(sharing: &[Sharing]) -> Claim {
         "yes",
         "its standard deviation over that of overlap is above 1 in each cell",
         format!("at least {} times", least.written(2)),
-        above(&least, 1.0),
+        Verdict::above(&least, 1.0),
     )
 }

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::builder::PossibleValuesParser;
 use clap::{CommandFactory, Subcommand};
 use clap_complete::Shell;
+use contract::Profile;
 use hopper::stdout::print;
 use node::{Exit, Failure};
 
@@ -123,7 +124,7 @@ fn completed(command: clap::Command) -> clap::Command {
             ("run", "file") => campaigns(),
             (_, "planner") => algorithms().chain([planner::CLAIRVOYANT]).collect(),
             (_, "algorithm") => algorithms().collect(),
-            (_, "profile") => vec!["paper-2023", "hopper"],
+            (_, "profile") => Profile::ALL.map(Profile::as_str).into(),
             (_, "pace") => vec!["max", "real", "3600x"],
             (_, "topic") => hopper::commands::topic::names(),
             _ => return argument,

@@ -134,7 +134,7 @@ wire! {
     pub fn brief_from_wire(cells: &[RobotV1]);
 }
 
-/// The norm in the lowest bit, unseen ground above it: a brief of before there was a choice says the same as ever.
+/// The norm in the lowest bit, unseen ground above it, so briefs from before that choice keep their meaning.
 fn norm_code((norm, unseen): (DistanceNorm, UnseenGround)) -> u32 {
     let norm = match norm {
         DistanceNorm::Euclidean => 0,

@@ -86,10 +86,10 @@ impl Payload for DetailPage {
 }
 
 impl Detail {
-    /// It, if it is within the bounds of the wire, which are those of journals too.
+    /// Checks the bounds that wire and journal share.
     ///
     /// # Errors
-    /// What of it cannot be, by name.
+    /// The field that is out of bounds, by name.
     pub fn checked(self) -> Result<Self, Refusal> {
         let page = DetailPage { run: RunId(1), decision: Decision(0), detail: self };
         let points: Vec<PathPointV1> = (0..page.cells()).map(|index| page.cell(index)).collect();

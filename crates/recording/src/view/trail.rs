@@ -20,30 +20,21 @@ const ROLL_POINTS: u32 = 6;
 
 /// What a point of the way shows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Ink {
-    /// A hop that ended where it was aimed.
-    AsAimed,
-    /// A hop that did not.
-    Strayed,
-    /// Where the body rolled.
-    Rolled { strayed: bool },
-    /// Where it hit the ground.
-    Impact { strayed: bool },
+pub(super) struct Ink {
+    pub part: Part,
+    /// Whether the decision did not end where it was aimed.
+    pub strayed: bool,
 }
 
-impl Ink {
-    fn of_flight(strayed: bool) -> Self {
-        if strayed { Ink::Strayed } else { Ink::AsAimed }
-    }
-
-    /// Whether the decision did not end where it was aimed.
-    pub fn has_strayed(self) -> bool {
-        match self {
-            Ink::AsAimed => false,
-            Ink::Strayed => true,
-            Ink::Rolled { strayed } | Ink::Impact { strayed } => strayed,
-        }
-    }
+/// A part of the way of a hop.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Part {
+    /// Where the body flew, or a robot went otherwise.
+    Flight,
+    /// Where it rolled.
+    Rolled,
+    /// Where it hit the ground.
+    Impact,
 }
 
 /// Points along the way of one robot.
@@ -75,7 +66,7 @@ impl Trail {
         }
         let to = middle(brief, outcome.to, record.pose.height_m);
         let from = middle(brief, outcome.from, record.pose.height_m - outcome.flight.rise_m);
-        let ink = Ink::of_flight(outcome.branch != Branch::Intended);
+        let ink = Ink { part: Part::Flight, strayed: outcome.branch != Branch::Intended };
         if self.passed == 0 {
             self.push(from, ink);
         }
@@ -106,15 +97,15 @@ impl Trail {
         for stretch in way::stretches(detail) {
             let flies = stretch.launch_mps.is_some();
             let (count, ink) = match flies {
-                true => (FLIGHT_POINTS, Ink::of_flight(strayed)),
-                false => (ROLL_POINTS, Ink::Rolled { strayed }),
+                true => (FLIGHT_POINTS, Ink { part: Part::Flight, strayed }),
+                false => (ROLL_POINTS, Ink { part: Part::Rolled, strayed }),
             };
             if self.passed == 0 {
                 self.push(point(stretch.from_m), ink);
             }
             for n in 1..=count {
                 let ends_in_impact = n == count && !stretch.is_last;
-                let ink = if ends_in_impact { Ink::Impact { strayed } } else { ink };
+                let ink = if ends_in_impact { Ink { part: Part::Impact, strayed } } else { ink };
                 self.push(point(stretch.at(f64::from(n) / f64::from(count))), ink);
             }
         }
@@ -176,7 +167,10 @@ mod tests {
         let mut trail = Trail::default();
         let count = 10 * POINTS_MAX as u32;
         for n in 0..count {
-            trail.push(Point { x: f64::from(n), ..Point::default() }, Ink::AsAimed);
+            trail.push(
+                Point { x: f64::from(n), ..Point::default() },
+                Ink { part: Part::Flight, strayed: false },
+            );
         }
         let xs: Vec<f64> = trail.points().iter().map(|(point, _)| point.x).collect();
         assert!(xs.len() <= POINTS_MAX && xs.len() > POINTS_MAX / 4, "{}", xs.len());

@@ -13,7 +13,7 @@ use report::layers::{Look, Value};
 
 use super::point_cloud::{Cloud, Point};
 use super::speeds::Speeds;
-use super::trail::{Ink, Trail, between};
+use super::trail::{Part, Trail, between};
 use super::{FRAME, arrows, ground, markers, middle, stamp, unturned, values};
 use crate::Channel;
 use crate::proto::foxglove::{FrameTransform, FrameTransforms, Vector3};
@@ -270,13 +270,13 @@ impl Views {
             let colours = colour::ROBOTS[usize::from(robot.0) % colour::ROBOTS.len()];
             let own = if self.trails.len() == 1 { colour::rgb(colour::ROUTE) } else { colours };
             for (point, ink) in trail.points() {
-                let shade = match ink {
-                    Ink::AsAimed => own,
-                    Ink::Strayed => colour::rgb(colour::STRAY),
-                    Ink::Rolled { .. } => colour::rgb(colour::ROLLED),
-                    Ink::Impact { .. } => colour::rgb(colour::IMPACT),
+                let shade = match (ink.part, ink.strayed) {
+                    (Part::Flight, false) => own,
+                    (Part::Flight, true) => colour::rgb(colour::STRAY),
+                    (Part::Rolled, _) => colour::rgb(colour::ROLLED),
+                    (Part::Impact, _) => colour::rgb(colour::IMPACT),
                 };
-                cloud.push_with(*point, shade, [robot.0.min(255) as u8, u8::from(ink.has_strayed())]);
+                cloud.push_with(*point, shade, [robot.0.min(255) as u8, u8::from(ink.strayed)]);
             }
         }
         cloud.into_message(now).encode_to_vec()

@@ -204,7 +204,8 @@ impl Rules for ContactRules {
     }
 
     fn check_hops(&self, brief: &Brief, terrain: &Terrain) -> Result<(), ScenarioError> {
-        let ContactParameters { body: sphere, nominal, .. } = &self.parameters();
+        let parameters = self.parameters();
+        let ContactParameters { body: sphere, nominal, .. } = &parameters;
         let hop_m = brief.grid.hop_distance_m();
         let hoppers = brief.robots.iter().filter_map(|robot| match &robot.body {
             RobotBody::Hopper(hopper) => Some(hopper.motion),
@@ -215,7 +216,7 @@ impl Rules for ContactRules {
             let aim = Aim {
                 target_m: [hop_m, 0.0],
                 elevation_rad: motion.launch_angle_rad,
-                speed_max_mps: self.parameters().speed_max_mps(design.speed_mps),
+                speed_max_mps: parameters.speed_max_mps(design.speed_mps),
             };
             for kind in SoilKind::ALL {
                 let known = Known { gradient: [0.0; 2], soil: nominal[kind as usize] };

@@ -16,7 +16,7 @@ pub(super) fn collides(
     drawn: Branch,
 ) -> bool {
     let (grid, terrain) = (&mission.brief.grid, &mission.terrain);
-    let soil = terrain.ground(from).map_or(contract::Soil::Hard, |ground| ground.soil);
+    let soil = terrain.ground(from).map_or(Soil::Hard, |ground| ground.soil);
     let height_m = |cell| terrain.ground(cell).map(|ground| ground.height_m);
     let mut ways = vec![direction];
     ways.extend((drawn == Branch::Left).then(|| direction.left()));
@@ -40,6 +40,15 @@ pub(super) fn offered(
     }
     let rise_m = height_m(grid.hop(from, direction))? - height_m(from)?;
     let apex_m = apex_m(hopper, grid, ground.soil);
+    let to = grid.hop(from, direction);
+    let mut on_the_way = from;
+    for _ in 1..grid.hop_cells {
+        on_the_way.x += (to.x - from.x).signum();
+        on_the_way.y += (to.y - from.y).signum();
+        if height_m(on_the_way).is_some_and(|top_m| top_m - height_m(from).unwrap_or(top_m) >= apex_m) {
+            return None;
+        }
+    }
     (rise_m < apex_m && rise_m > -apex_m).then_some((true, rise_m))
 }
 
@@ -93,39 +102,28 @@ pub(super) fn vertical(
     (drawn, aside.is_some_and(|way| !clears(way)))
 }
 
-/// What is told of a vertical hop: its launch is as fast as that of the design hop, and it comes down where the arc does.
-pub(super) fn told_up(
-    hopper: &Hopper,
-    mission: &Mission,
-    direction: Direction,
-    collides: bool,
-    law: Arrival,
-) -> Arrival {
-    let from = law.outcome.from;
-    let soil = mission.terrain.ground(from).map_or(Soil::Hard, |ground| ground.soil);
-    let flight =
-        motion::vertical_flight(&hopper.motion, &mission.brief.grid, soil, law.outcome.flight.rise_m);
-    detailed(mission, direction, collides, Arrival { outcome: Outcome { flight, ..law.outcome }, ..law })
-}
-
-/// As the law has it, with the launch of the design hop, and what is told of it.
+/// As the law has it, with the launch of the design hop or, of a vertical hop, one as fast, and what is told of it.
 pub(super) fn told(
     hopper: &Hopper,
     mission: &Mission,
-    direction: Direction,
+    (direction, is_up): (Direction, bool),
     collides: bool,
     law: Arrival,
 ) -> Arrival {
     let (grid, terrain) = (&mission.brief.grid, &mission.terrain);
     let Outcome { from, flight, .. } = law.outcome;
-    let soil = terrain.ground(from).map_or(contract::Soil::Hard, |ground| ground.soil);
-    let launch = motion::design_launch(&hopper.motion, grid, soil);
-    let flight = Flight {
-        launch_speed_mps: launch.speed_mps,
-        launch_angle_rad: launch.angle_rad,
-        apex_height_m: launch.apex_height_m(),
-        flight_time_s: launch.time_s(flight.range_m),
-        ..flight
+    let soil = terrain.ground(from).map_or(Soil::Hard, |ground| ground.soil);
+    let flight = if is_up {
+        motion::vertical_flight(&hopper.motion, grid, soil, flight.rise_m)
+    } else {
+        let launch = motion::design_launch(&hopper.motion, grid, soil);
+        Flight {
+            launch_speed_mps: launch.speed_mps,
+            launch_angle_rad: launch.angle_rad,
+            apex_height_m: launch.apex_height_m(),
+            flight_time_s: launch.time_s(flight.range_m),
+            ..flight
+        }
     };
     detailed(mission, direction, collides, Arrival { outcome: Outcome { flight, ..law.outcome }, ..law })
 }

@@ -34,8 +34,7 @@ pub fn within_budget(flight: &[Point], budget_m: f64) -> Vec<Point> {
 /// What is seen along a flight, leg by leg; above the first point alone if there is no other.
 pub fn swaths(lattice: Lattice, flight: &[Point], radius_m: f64) -> impl Iterator<Item = Swath> {
     let hovering = if flight.len() == 1 { Some(Segment { from: flight[0], to: flight[0] }) } else { None };
-    let legs = flight.windows(2).map(|pair| Segment { from: pair[0], to: pair[1] });
-    hovering.into_iter().chain(legs).map(move |leg| Swath::new(lattice, leg, radius_m))
+    hovering.into_iter().chain(Segment::along(flight)).map(move |leg| Swath::new(lattice, leg, radius_m))
 }
 
 /// Makes certain what is seen along a flight, by a sensor without error.

@@ -85,7 +85,7 @@ impl CostMap {
     /// The cost of a way through `points`; 0 for less than two.
     #[must_use]
     pub fn way(&self, points: &[Point]) -> f64 {
-        points.windows(2).map(|pair| self.segment(Segment { from: pair[0], to: pair[1] })).sum()
+        Segment::along(points).map(|segment| self.segment(segment)).sum()
     }
 
     /// How far along a segment the cost `limit` reaches: its end, or a point before.

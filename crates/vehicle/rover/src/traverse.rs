@@ -13,6 +13,13 @@ pub struct Segment {
     pub to: Point,
 }
 
+impl Segment {
+    /// The segments from point to point of a way; none for less than two points.
+    pub fn along(points: &[Point]) -> impl DoubleEndedIterator<Item = Self> + '_ {
+        points.windows(2).map(|pair| Self { from: pair[0], to: pair[1] })
+    }
+}
+
 /// Pieces shorter than this, in metres, are rounding errors at cell corners and count for the next cell.
 pub const SLIVER_M: f64 = 1e-9;
 

@@ -35,12 +35,8 @@ pub struct MotionParameters {
     pub gravity_mps2: f64,
     /// Whether it has the vertical hop at 80° (P22), and so checks each arc against the ground: where a hop at its own angle would
     /// collide, it hops up instead, or not at all.
-    #[serde(default, skip_serializing_if = "is_not")]
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub vertical: bool,
-}
-
-fn is_not(value: &bool) -> bool {
-    !value
 }
 
 /// Hops to one of four cells at a time. The length of a hop makes the lattice of the mission, and is the same for all.

@@ -73,11 +73,7 @@ impl Body for Hopper {
         let flight = motion::flight(&self.motion, &brief.grid, ground.soil, rise_m);
         let outcome = Outcome { branch, from, to, flight };
         let law = Arrival { outcome, at: actor.at, detail: None };
-        match (is_checked, is_up) {
-            (false, _) => law,
-            (true, false) => collision::told(self, mission, direction, collides, law),
-            (true, true) => collision::told_up(self, mission, direction, collides, law),
-        }
+        if is_checked { collision::told(self, mission, (direction, is_up), collides, law) } else { law }
     }
 
     fn dangerous(&self, oracle: &Oracle, number: usize, known: &[Option<Ground>]) -> Vetoed {

@@ -1,26 +1,26 @@
-//! What the motion model told of decisions, and which of it is still to be asked for before the way of a decision is drawn.
+//! WaitingRecords of decisions, and which are still to be requested before a hop is drawn.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 use contract::{Decision, Detail, DetailPage, DetailRequest, MonotonicNs, Record, RunId};
 use follow::DetailFollower;
 
-/// Most records that wait for their details. Beyond that the first is drawn without: details may not be to be had.
+/// Records that wait for their details, at most. Beyond that the first is drawn without, since a detail may never arrive.
 const WAITING_MAX: usize = 1024;
 
 /// The details of one run, and the records that wait for theirs.
 #[derive(Debug, Default)]
-pub(crate) struct Details {
+pub(crate) struct WaitingRecords {
     missing: DetailFollower,
     /// Records that are not drawn yet, in their order.
     waiting: VecDeque<Record>,
-    /// Details of records that wait.
+    /// WaitingRecords of records that wait.
     known: BTreeMap<Decision, Detail>,
     /// The details that are written: one that is asked for again, since the past is read again, is not written again.
     written: BTreeSet<(Decision, [u8; 32])>,
 }
 
-impl Details {
+impl WaitingRecords {
     /// Those of another run.
     pub fn begin(&mut self, run: RunId) {
         *self = Self::default();
@@ -38,7 +38,10 @@ impl Details {
         let run = page.run;
         let (decision, detail) = self.missing.page(page)?;
         let is_new = self.written.insert((decision, detail.id().0));
-        self.known.insert(decision, detail.clone());
+        // What was drawn without its detail is not drawn again.
+        if self.waiting.front().is_some_and(|first| first.decision <= decision) {
+            self.known.insert(decision, detail.clone());
+        }
         Some((DetailPage { run, decision, detail }, is_new))
     }
 
