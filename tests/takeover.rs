@@ -87,7 +87,7 @@ fn a_stopped_leader_is_relieved_and_steps_back_when_it_wakes() {
     let _monitor = mission.start("monitor", &[]);
     standby.await_log("joined");
     mission.await_decisions(2);
-    leader.signal(Signal::STOP);
+    leader.stop();
     standby.await_log("in command");
     leader.signal(Signal::CONT);
     leader.await_log("standing by");

@@ -155,7 +155,8 @@ impl<P: Ports, D: Display> Monitor<P, D> {
 
     /// Whether page and terminal have what they show of uncertain ground, routes, and the ground that was seen.
     fn is_shown_whole(&self, now: MonotonicNs) -> bool {
-        self.view.as_ref().is_none_or(|view| view.is_whole(now))
+        let has_perception = self.watcher.peer_table().has(Role::Perception, now);
+        self.view.as_ref().is_none_or(|view| view.is_whole(has_perception, now))
     }
 
     /// What the heartbeat acknowledges. The end of the mission is acknowledged only once the record of every decision

@@ -21,8 +21,8 @@ const POLICY_CELL_NS: u64 = 10_000;
 /// Pause before a place among the policy's readers, or those who ask for prior, routes and details, is tried for again, nanoseconds.
 const PLACE_NS: u64 = 2_000_000_000;
 
-/// How long the end of a mission waits for the map of its end, nanoseconds: perception may be gone.
-const LAST_MAP_NS: u64 = 1_000_000_000;
+/// How long the end of a mission waits for the map of its end while a perception lives, nanoseconds: as long as that stays for it.
+const LAST_MAP_NS: u64 = 5_000_000_000;
 
 /// Something that shows the history: a page, a terminal.
 pub trait Screen {
@@ -149,8 +149,9 @@ impl<P: Ports> View<P> {
     }
 
     /// Whether it needs no more from others: it has the prior, the routes, the details and the map of the end, or cannot have them.
-    pub(crate) fn is_whole(&self, now: MonotonicNs) -> bool {
-        let waits = self.map_awaited.is_some_and(|since| now.since_ns(since) <= LAST_MAP_NS);
+    pub(crate) fn is_whole(&self, has_perception: bool, now: MonotonicNs) -> bool {
+        let waits =
+            has_perception && self.map_awaited.is_some_and(|since| now.since_ns(since) <= LAST_MAP_NS);
         let history = self.history();
         let has_pages = self.routes.is_none() || !history.lacks_pages();
         !waits && has_pages && (self.details.is_none() || !history.lacks_details())

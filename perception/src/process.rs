@@ -135,7 +135,7 @@ impl<P: Ports> Process<P> for Perception<P> {
         for refusal in self.snapshots.serve(page).map_err(Into::into)? {
             log_refusal(&refusal);
         }
-        if is_asked {
+        if is_asked || self.membership.is_watched(ports.now()) {
             self.membership.stay_a_moment(ports.now());
         }
         self.maps.idle();

@@ -104,7 +104,7 @@ impl Mission {
     ) -> (Process, Process) {
         assert_eq!(begun.code(), -1, "{}", begun.log());
         if let Some(old) = old {
-            old.signal(rustix::process::Signal::STOP);
+            old.stop();
         }
         let new = self.start("planner", &[new, &["--takeover"]].concat());
         new.await_log("joined");
@@ -304,6 +304,17 @@ impl Process {
         rustix::process::kill_process(pid, signal).unwrap();
     }
 
+    /// Stops it where nobody has to wait for it: while it makes something in the instance, or frees what the dead left, it holds a lock.
+    pub fn stop(&self) {
+        use rustix::process::Signal;
+        self.signal(Signal::STOP);
+        while holds_lock(self.pid()) {
+            self.signal(Signal::CONT);
+            std::thread::sleep(Duration::from_millis(5));
+            self.signal(Signal::STOP);
+        }
+    }
+
     /// The processes that it has started and that have not been waited for.
     pub fn children(&self) -> Vec<i32> {
         let tasks = std::fs::read_dir(format!("/proc/{}/task", self.pid())).into_iter().flatten();
@@ -377,7 +388,14 @@ impl Process {
     pub fn await_log(&self, text: &str) {
         let since = Instant::now();
         while !self.log().contains(text) {
-            assert!(since.elapsed() < PATIENCE, "{} never says {text:?}:\n{}", self.role, self.log());
+            let others = || logs_of_all(&self.dir);
+            assert!(
+                since.elapsed() < PATIENCE,
+                "{} never says {text:?}:\n{}\n{}",
+                self.role,
+                self.log(),
+                others()
+            );
             std::thread::sleep(Duration::from_millis(10));
         }
     }
@@ -388,6 +406,31 @@ impl Drop for Process {
         let _ = self.child.kill();
         let _ = self.child.wait();
     }
+}
+
+/// Whether a process holds a file alone, as the kernel lists it: `1: FLOCK  ADVISORY  WRITE 1234 00:1a:5678 0 EOF`.
+fn holds_lock(pid: u32) -> bool {
+    let locks = std::fs::read_to_string("/proc/locks").unwrap_or_default();
+    let pid = pid.to_string();
+    locks.lines().any(|line| {
+        let words: Vec<_> = line.split_whitespace().collect();
+        (words.get(1), words.get(3), words.get(4)) == (Some(&"FLOCK"), Some(&"WRITE"), Some(&pid.as_str()))
+    })
+}
+
+/// The end of what each process of a mission has logged.
+fn logs_of_all(dir: &Path) -> String {
+    let files = std::fs::read_dir(dir).into_iter().flatten().flatten().map(|entry| entry.path());
+    let mut logs: Vec<_> =
+        files.filter(|path| path.extension().is_some_and(|ending| ending == "err")).collect();
+    logs.sort();
+    let end_of = |path: &PathBuf| {
+        let log = std::fs::read_to_string(path).unwrap_or_default();
+        let from = log.lines().count().saturating_sub(6);
+        let lines: Vec<_> = log.lines().skip(from).collect();
+        format!("--- {}\n{}", path.file_name().unwrap_or_default().display(), lines.join("\n"))
+    };
+    logs.iter().map(end_of).collect::<Vec<_>>().join("\n")
 }
 
 /// Says that part of a test is left out here, whatever the test runner captures.

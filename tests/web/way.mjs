@@ -34,8 +34,11 @@ try {
   seen.hops = [];
   for (let hop = 0; hop < 3; hop += 1) {
     await page.waitForTimeout(120);
+    const before = await page.evaluate(() => window.readouts.length);
     await page.keyboard.press("ArrowRight");
     await page.waitForFunction(([number]) => document.getElementById("why-number").textContent === `hop ${number}`, [hop]);
+    // Under the law no hop is in flight.
+    if (name !== "law") await page.waitForFunction((before) => window.readouts.slice(before).some((text) => / of [\d.]+ s/.test(text)), before);
     seen.hops.push({ facts: await facts(), said: await page.locator("#why p").innerText() });
   }
   seen.readouts = await page.evaluate(() => window.readouts.filter((text) => / of [\d.]+ s/.test(text)));

@@ -13,8 +13,8 @@ use crate::{Builds, Failure, Patience, Ports, Reader, TICK_NS, Turn, Writer};
 /// A peer that has seen the end of the mission goes on beating this long, so that hopper-sim hears it.
 const FAREWELL_NS: u64 = 120_000_000;
 
-/// A process that is still asked for something after the end stays no longer than this.
-const STAY_MAX_NS: u64 = 2_000_000_000;
+/// A process that is still asked for something after the end, or may be, stays no longer than this.
+const STAY_MAX_NS: u64 = 5_000_000_000;
 
 /// How long a process waits and whether it stays.
 #[derive(Clone, Copy, Debug, Default)]
@@ -118,7 +118,15 @@ impl<P: Ports> Membership<P> {
         self.ended = Some(now);
     }
 
-    /// Somebody still asks this process for something: once the mission has ended, it stays as long again, for two
+    /// Whether a monitor lives that has not taken account of the end of the mission: it may still ask for something.
+    #[must_use]
+    pub fn is_watched(&self, now: MonotonicNs) -> bool {
+        let run = self.last.run;
+        let mut beats = self.peer_table.live(now).map(|peer| &peer.beat);
+        beats.any(|beat| beat.role == Role::Monitor && beat.run == run && !beat.status.is_over())
+    }
+
+    /// Somebody still asks this process for something, or may: once the mission has ended, it stays as long again, for five
     /// seconds at most.
     pub fn stay_a_moment(&mut self, now: MonotonicNs) {
         if self.ended.is_some_and(|ended| now.since_ns(ended) < STAY_MAX_NS) {
