@@ -1,6 +1,6 @@
 //! One cell of a campaign's grid: a resolved scenario and the planner that flies it.
 
-use contract::{Profile, Weights};
+use contract::{MotionModel, Profile, Weights};
 use scenario::{ResolvedScenario, Scenario};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest as _, Sha256};
@@ -23,6 +23,9 @@ pub struct Cell {
     /// Name of the reading of the model's open points, in a campaign that compares some.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reading: Option<String>,
+    /// What decides where hops end.
+    #[serde(default = "law", skip_serializing_if = "is_law")]
+    pub dynamics: MotionModel,
     /// Steps after which a mission ends as a deadlock.
     pub steps_max: u64,
     /// SHA-256 over the resolved scenario and the planner, hexadecimal.
@@ -47,6 +50,7 @@ impl Cell {
             planner: planner.into(),
             weights,
             reading: reading.map(Into::into),
+            dynamics: world.dynamics.model(),
             steps_max: world.brief.limits.steps_max,
             config: config(world, planner),
             world: world.resolved.clone(),
@@ -101,6 +105,16 @@ impl std::fmt::Display for Cell {
         write!(f, "{} {} ({safety}, {information}) in {}", self.scenario, self.planner, self.profile)?;
         self.reading.as_ref().map_or(Ok(()), |reading| write!(f, ", {reading}"))
     }
+}
+
+/// What papers fly under, and what a cell that names nothing else is flown under.
+fn law() -> MotionModel {
+    MotionModel::Law
+}
+
+#[allow(clippy::trivially_copy_pass_by_ref, reason = "serde asks with a reference")]
+pub(crate) fn is_law(model: &MotionModel) -> bool {
+    *model == MotionModel::Law
 }
 
 fn config(world: &ResolvedScenario, planner: &str) -> String {

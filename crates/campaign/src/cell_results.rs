@@ -1,6 +1,6 @@
 //! The results of one cell: its statistics and its regret.
 
-use contract::{Profile, Weights};
+use contract::{MotionModel, Profile, Weights};
 use serde::Serialize;
 
 use crate::tally::CellStatistics;
@@ -20,6 +20,9 @@ pub struct CellResults<'a> {
     /// Name of the reading of the model's open points, in a campaign that compares some.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reading: Option<&'a str>,
+    /// What decides where hops end.
+    #[serde(skip_serializing_if = "crate::cell::is_law")]
+    pub dynamics: MotionModel,
     /// Steps after which a mission ends as a deadlock.
     pub steps_max: u64,
     /// Statistics over the trials.
@@ -39,6 +42,7 @@ impl<'a> CellResults<'a> {
             planner: &cell.planner,
             weights: cell.weights,
             reading: cell.reading.as_deref(),
+            dynamics: cell.dynamics,
             steps_max: cell.steps_max,
             regret: bound.map(|bound| Regret::new(bound, &statistics)),
             statistics,

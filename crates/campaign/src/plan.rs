@@ -67,8 +67,19 @@ impl Plan {
         text(&self.version);
         text(&format!("{} {}", self.seed, self.repetitions));
         for cell in &self.cells {
-            let Cell { number, scenario, profile, planner, weights, reading, steps_max, config, world } =
-                cell;
+            // What decides where hops end is part of the world.
+            let Cell {
+                number,
+                scenario,
+                profile,
+                planner,
+                weights,
+                reading,
+                dynamics: _,
+                steps_max,
+                config,
+                world,
+            } = cell;
             let Weights { safety, information, distance } = weights;
             let weights = [safety, information, distance].map(|weight| format!("{:016x}", weight.to_bits()));
             text(&format!("{number} {profile} {} {steps_max}", weights.join(" ")));

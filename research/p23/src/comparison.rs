@@ -259,7 +259,7 @@ fn bare(weights: &Weights) -> String {
 mod tests {
     use campaign::statistics::Sample;
     use campaign::tally::{CellStatistics, Tally};
-    use contract::Profile;
+    use contract::{MotionModel, Profile};
 
     use super::*;
 
@@ -276,6 +276,7 @@ mod tests {
             planner: "mdp",
             weights: Weights { safety: 0.0, information: 1.0, distance: 10.0 },
             reading: None,
+            dynamics: MotionModel::Law,
             steps_max: 150,
             statistics: CellStatistics {
                 trials: 1000,
