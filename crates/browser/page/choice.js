@@ -32,6 +32,7 @@ export class Choice {
     const select = (name) => make("select", { name });
     this.scenario = select("scenario");
     this.profile = select("profile");
+    this.dynamics = select("dynamics");
     this.planner = select("planner");
     this.seed = make("input", { name: "seed", type: "number", min: 0, step: 1, value: 1 });
     this.file = make("input", { type: "file", accept: ".tif,.tiff,.asc", hidden: true });
@@ -41,7 +42,7 @@ export class Choice {
     this.answer = make("output", { id: "asked" });
     this.answer.setAttribute("role", "status");
     const label = (text, field) => make("label", {}, text, field);
-    this.form = make("form", { id: "choice" }, label("scenario", this.scenario), label("profile", this.profile), label("seed", this.seed),
+    this.form = make("form", { id: "choice" }, label("scenario", this.scenario), label("profile", this.profile), label("dynamics", this.dynamics), label("seed", this.seed),
       label("planner", this.planner), again, open, link, this.file, this.answer);
     this.form.setAttribute("aria-label", "Mission to fly");
     document.querySelector("header").append(this.form);
@@ -49,7 +50,7 @@ export class Choice {
     open.addEventListener("click", () => this.file.click());
     link.addEventListener("click", () => this.share());
     this.file.addEventListener("change", () => this.file.files[0] && this.take(this.file.files[0]));
-    for (const field of [this.scenario, this.profile, this.seed]) field.addEventListener("change", () => this.fly());
+    for (const field of [this.scenario, this.profile, this.dynamics, this.seed]) field.addEventListener("change", () => this.fly());
     this.planner.addEventListener("change", () => this.handOver());
     // Keys of the page are none while a form is filled in.
     this.form.addEventListener("keydown", (event) => event.stopPropagation());
@@ -69,10 +70,12 @@ export class Choice {
 
   /** Fills the form and flies what the link says. */
   async begin() {
-    const { scenarios, profiles } = await this.ask("choices");
+    const { scenarios, profiles, dynamics } = await this.ask("choices");
     this.needsGround = new Set(scenarios.filter((one) => one.needs_ground).map(({ name }) => name));
     this.scenario.replaceChildren(...scenarios.map(({ name, is }) => make("option", { value: name, textContent: name, title: is })));
-    this.profile.replaceChildren(make("option", { value: "", textContent: "as the scenario says" }), ...profiles.map((name) => make("option", { value: name, textContent: name })));
+    for (const [field, names] of [[this.profile, profiles], [this.dynamics, dynamics]]) {
+      field.replaceChildren(make("option", { value: "", textContent: "as the scenario says" }), ...names.map((name) => make("option", { value: name, textContent: name })));
+    }
     await this.fromLink();
   }
 
@@ -81,8 +84,10 @@ export class Choice {
     const known = [...this.scenario.options].some(({ value }) => value === link.get("scenario"));
     if (link.get("scenario") && !known && link.get("scenario") !== "elevation model") this.tell(`there is no scenario ${link.get("scenario")}`);
     if (known) this.scenario.value = link.get("scenario");
-    this.profile.value = link.get("profile") ?? "";
-    if (this.profile.selectedIndex < 0) this.profile.value = "";
+    for (const field of [this.profile, this.dynamics]) {
+      field.value = link.get(field.name) ?? "";
+      if (field.selectedIndex < 0) field.value = "";
+    }
     this.seed.value = link.get("seed") ?? "1";
     const hop = Number.parseInt(link.get("hop"), 10);
     const missing = link.get("dem") && !this.ground ? link.get("dem") : null;
@@ -100,8 +105,8 @@ export class Choice {
     }
     const started = turnovers ?? (this.planner.value && !over ? [{ from: 0, planner: this.planner.value }] : []);
     const request = {
-      scenario: own ? null : this.scenario.value, seed: Number(this.seed.value), profile: this.profile.value || null, planners: started,
-      pace: hop === null ? pace ?? PACE : "max", run: hexadecimal(crypto.getRandomValues(new Uint8Array(16))), dem: over ? this.ground : null,
+      scenario: own ? null : this.scenario.value, seed: Number(this.seed.value), profile: this.profile.value || null,
+      dynamics: this.dynamics.value || null, planners: started, pace: hop === null ? pace ?? PACE : "max", run: hexadecimal(crypto.getRandomValues(new Uint8Array(16))), dem: over ? this.ground : null,
     };
     // At the hop of the link the mission waits; from there it goes on at this pace.
     const waits = { until: hop, pace: pace ?? PACE };
@@ -150,7 +155,9 @@ export class Choice {
   /** The link of the mission, into the address. */
   remember(leaders, hop) {
     const link = new URLSearchParams({ scenario: this.scenario.value, seed: this.seed.value });
-    if (this.profile.value) link.set("profile", this.profile.value);
+    for (const field of [this.profile, this.dynamics]) {
+      if (field.value) link.set(field.name, field.value);
+    }
     if (leaders.length > 0) link.set("planner", planners(leaders));
     if (hop !== null) link.set("hop", hop);
     if (this.ground && (this.scenario.value === "elevation model" || this.needsGround.has(this.scenario.value))) link.set("dem", this.ground);

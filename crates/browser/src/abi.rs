@@ -107,7 +107,8 @@ extern "C" fn choices() -> i32 {
             json!({ "name": name, "is": scenario::description(text), "needs_ground": text.contains("elevation_file") })
         });
         let profiles = contract::Profile::ALL.map(|profile| profile.to_string());
-        Ok(json!({ "scenarios": scenarios, "profiles": profiles }).to_string())
+        let dynamics: Vec<_> = contract::MotionModel::ALL.iter().map(ToString::to_string).collect();
+        Ok(json!({ "scenarios": scenarios, "profiles": profiles, "dynamics": dynamics }).to_string())
     })
 }
 

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use contract::{Brief, Decision, Name, Pace, Profile, RunId};
+use contract::{Brief, Decision, MotionModel, Name, Pace, Profile, RunId};
 use hopper_sim::Mission;
 use lockstep::PlannerSchedule;
 use scenario::{Overrides, ResolvedScenario, Scenario};
@@ -18,6 +18,8 @@ pub struct Request {
     pub seed: u64,
     /// Replaces the profile of the scenario.
     pub profile: Option<String>,
+    /// Replaces what decides where hops end: `law`, `collision` or `contact`.
+    pub dynamics: Option<String>,
     /// Who commands from which decision on; by default what the scenario says.
     pub planners: Vec<Turnover>,
     /// How fast landings follow each other at first, as `hopper run --pace` takes it.
@@ -57,8 +59,9 @@ impl Request {
     /// What was needed and what was got, in a sentence.
     pub(crate) fn mission(&self, dem: &Arc<[u8]>) -> Result<Wanted, String> {
         let profile = self.profile.as_deref().map(str::parse::<Profile>).transpose()?;
+        let dynamics = self.dynamics.as_deref().map(str::parse::<MotionModel>).transpose()?;
         let pace = self.pace.as_deref().map_or(Ok(Pace::Max), str::parse)?;
-        let overrides = Overrides { profile, ..Overrides::default() };
+        let overrides = Overrides { profile, dynamics, ..Overrides::default() };
         let world = self.scenario(dem)?.with(&overrides).resolve().map_err(|error| error.to_string())?;
         let run = self.run.as_deref().map_or(Ok(1), |run| u128::from_str_radix(run, 16));
         let run = RunId(run.map_err(|_| "a run needs to be 32 hexadecimal digits".to_owned())?);

@@ -8,18 +8,22 @@ use browser::{Outcome, Request, fly};
 use process::Failure;
 use serde_json::json;
 
-/// Scenarios and profiles that the seeds take in turn, each with the planner that comes with it.
-const MISSIONS: [(&str, &str, &str); 10] = [
-    ("hard", "paper-2023", "mdp"),
-    ("hard", "hopper", "mdp"),
-    ("sandy", "paper-2023", "mdp"),
-    ("sandy", "hopper", "astar"),
-    ("heterogeneous", "hopper", "mdp"),
-    ("treasures", "paper-2023", "mdp"),
-    ("hills", "hopper", "dstar_lite"),
-    ("heterogeneous", "paper-2023", "greedy"),
-    ("coverage", "hopper", "cover_frontier"),
-    ("rover-helicopter", "hopper", ""),
+/// Scenarios, profiles and dynamics that the seeds take in turn, each with the planner that comes with it; what is empty is as the
+/// scenario says.
+const MISSIONS: [(&str, &str, &str, &str); 13] = [
+    ("hard", "paper-2023", "", "mdp"),
+    ("hard", "hopper", "", "mdp"),
+    ("sandy", "paper-2023", "", "mdp"),
+    ("sandy", "hopper", "", "astar"),
+    ("heterogeneous", "hopper", "", "mdp"),
+    ("treasures", "paper-2023", "", "mdp"),
+    ("hills", "hopper", "", "dstar_lite"),
+    ("heterogeneous", "paper-2023", "", "greedy"),
+    ("coverage", "hopper", "", "cover_frontier"),
+    ("rover-helicopter", "hopper", "", ""),
+    ("hard", "hopper", "contact", "mdp"),
+    ("sandy", "hopper", "contact", "greedy"),
+    ("rocks", "", "", "mdp"),
 ];
 
 /// What Node runs: a request a line on standard input, its outcome a line on standard output.
@@ -40,11 +44,13 @@ for (const line of readFileSync(0, 'utf8').split('\\n').filter(Boolean)) {
 /// Requests for the seeds from 1 on.
 #[must_use]
 pub fn missions(seeds: u64) -> Vec<String> {
-    let mission = |(seed, (scenario, profile, planner)): (u64, &(&str, &str, &str))| {
-        // Rover and helicopter keep the planners of their scenario.
+    let or_none = |text: &str| if text.is_empty() { json!(null) } else { json!(text) };
+    let mission = |(seed, (scenario, profile, dynamics, planner)): (u64, &(&str, &str, &str, &str))| {
         let planners =
             if planner.is_empty() { json!([]) } else { json!([{ "from": 0, "planner": planner }]) };
-        json!({ "scenario": scenario, "profile": profile, "seed": seed, "planners": planners }).to_string()
+        let (profile, dynamics) = (or_none(profile), or_none(dynamics));
+        json!({ "scenario": scenario, "profile": profile, "dynamics": dynamics, "seed": seed, "planners": planners })
+            .to_string()
     };
     (1..=seeds).zip(MISSIONS.iter().cycle()).map(mission).collect()
 }

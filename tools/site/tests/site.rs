@@ -49,9 +49,9 @@ fn site() -> Option<PathBuf> {
     .clone()
 }
 
-/// P-BROWSER-DIGEST: As WebAssembly, missions of hoppers in both profiles, with a planner that takes
-/// over, and of rovers that cover ground end with the digest, the map and the steps of the native
-/// program, bit for bit. Missions of rover and helicopter are not compared.
+/// P-BROWSER-DIGEST: As WebAssembly, missions of hoppers under every motion model, with a planner that takes
+/// over, of rovers that cover ground, and of rover and helicopter end with the digest, the map and the steps of the native
+/// program, bit for bit.
 #[test]
 fn missions_as_web_assembly_end_as_on_this_machine() {
     if suites::is_left_out("site") {
