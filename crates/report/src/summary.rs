@@ -300,6 +300,18 @@ impl fmt::Display for Summary {
         if !self.artifacts.is_empty() {
             writeln!(f)?;
         }
-        self.artifacts.iter().try_for_each(|(name, path)| writeln!(f, "  {name:<10}  {}", path.display()))
+        self.artifacts.iter().try_for_each(|(name, path)| writeln!(f, "  {name:<10}  {}", path.display()))?;
+        match self.artifacts.get("journal").and_then(|journal| journal.parent()) {
+            Some(folder) => writeln!(f, "\nOn a page, hop by hop: hopper view {} --open", quoted(folder)),
+            None => Ok(()),
+        }
     }
+}
+
+/// A path as a shell takes it for one word, and a program for no flag.
+fn quoted(path: &Path) -> String {
+    let text = path.display().to_string();
+    let text = if text.is_empty() || text.starts_with('-') { format!("./{text}") } else { text };
+    let is_plain = |character: char| character.is_alphanumeric() || "/._-+,@%:=".contains(character);
+    if text.chars().all(is_plain) { text } else { format!("'{}'", text.replace('\'', r"'\''")) }
 }

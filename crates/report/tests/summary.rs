@@ -108,6 +108,23 @@ fn the_text_for_a_terminal_stands_as_written() {
 }
 
 #[test]
+fn the_text_ends_with_the_command_that_shows_the_mission_on_a_page() {
+    let mut summary = summary(&STEPS);
+    for (journal, need) in [
+        ("out/journal", "out"),
+        ("/tmp/my runs/it's/journal", r"'/tmp/my runs/it'\''s'"),
+        ("-x/journal", "./-x"),
+        ("journal", "./"),
+    ] {
+        summary.artifacts.insert("journal".into(), PathBuf::from(journal));
+        let text = summary.to_string();
+        assert_eq!(text.lines().last(), Some(&*format!("On a page, hop by hop: hopper view {need} --open")));
+    }
+    summary.artifacts.clear();
+    assert!(!summary.to_string().contains("hopper view"), "there is nothing to look at");
+}
+
+#[test]
 fn each_outcome_has_its_sentence() {
     let mut summary = summary(&STEPS);
     for (outcome, need) in [
