@@ -13,7 +13,7 @@ const TEXTURES: [[&str; 5]; 2] = [["█·", "▓·", "▒·", "░·", " ·"], [
 
 /// Below the map: the scale, with its unit.
 #[must_use]
-pub(crate) fn legend(layer: Layer) -> Option<Line<'static>> {
+pub(crate) fn scale(layer: Layer) -> Option<Line<'static>> {
     let scale = match layer.definition().look {
         Look::Relief => return None,
         Look::Entries => return Some(Line::raw(" ∙ once  : twice  ∴ three times  ∷ more ")),

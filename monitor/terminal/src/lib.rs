@@ -3,9 +3,11 @@
 //! [`picture`] lays out the history, `map` and `side` draw its two halves: no terminal in them. [`shell`] has the terminal.
 
 mod layer;
+mod legend;
 mod map;
 mod moment;
 pub mod picture;
+pub mod scrollback;
 pub mod shell;
 mod side;
 mod style;

@@ -24,6 +24,8 @@ pub(crate) struct View<'a> {
     at: Decision,
     /// Cells along the side of a character pair.
     stride: i32,
+    /// Character pairs along the side of a cell, where the terminal has room for several.
+    zoom: i32,
     /// Upper left cell of the upper left character pair.
     corner: Cell,
     places: (i32, i32),
@@ -43,6 +45,7 @@ impl<'a> View<'a> {
         let (columns, rows) = (i32::from(area.width) / 2, i32::from(area.height));
         let whole = ((width + columns - 1) / columns).max((height + rows - 1) / rows);
         let stride = if settings.follow { 1 } else { whole };
+        let zoom = if settings.follow { 1 } else { (columns / width).min(rows / height).clamp(1, ZOOM_MAX) };
         let at = settings.shown(history.hops()?.due());
         let places = (columns.min((width + stride - 1) / stride), rows.min((height + stride - 1) / stride));
         let pose = pose(history, at)?;
@@ -60,6 +63,7 @@ impl<'a> View<'a> {
             ground,
             at,
             stride,
+            zoom,
             corner: Cell::new(left, bottom + places.1 * stride - 1),
             places,
             policy: settings.policy && stride == 1 && policy,
@@ -74,8 +78,11 @@ impl<'a> View<'a> {
     }
 
     pub(crate) fn draw(&self, frame: &mut Frame<'_>, area: Rect) {
-        let (indent, drop) =
-            ((area.width as i32 - 2 * self.places.0) / 2, (area.height as i32 - self.places.1) / 2);
+        let zoom = self.zoom;
+        let (indent, drop) = (
+            (area.width as i32 - 2 * zoom * self.places.0) / 2,
+            (area.height as i32 - zoom * self.places.1) / 2,
+        );
         let mut symbols = vec![None; (self.places.0 * self.places.1) as usize];
         self.symbols(&mut symbols);
         let buffer = frame.buffer_mut();
@@ -88,8 +95,13 @@ impl<'a> View<'a> {
                     style = style.fg(ink).add_modifier(Modifier::BOLD);
                     style = ground.map_or(style, |ground| style.bg(ground));
                 }
-                let (x, y) = (area.x + (indent + 2 * column) as u16, area.y + (drop + row) as u16);
-                buffer.set_string(x, y, text, style);
+                // What fills a cell fills all of it; a sign stands once, near its middle.
+                let (fill, middle) = (if is_texture(text) { text } else { "  " }, (zoom - 1) / 2);
+                for (across, down) in (0..zoom).flat_map(|down| (0..zoom).map(move |across| (across, down))) {
+                    let text = if (across, down) == (middle, middle) { text } else { fill };
+                    let (x, y) = (indent + 2 * (zoom * column + across), drop + zoom * row + down);
+                    buffer.set_string(area.x + x as u16, area.y + y as u16, text, style);
+                }
             }
         }
     }
@@ -270,8 +282,16 @@ impl<'a> View<'a> {
     }
 }
 
+/// Most character pairs along the side of a cell.
+const ZOOM_MAX: i32 = 4;
+
+/// Whether a character pair is a shade of its ground, and no sign on it.
+fn is_texture(text: &str) -> bool {
+    text.chars().all(|character| "█▓▒░#".contains(character))
+}
+
 /// Whether each robot's way is drawn in its colour: not of a lone hopper, nor where all robots cover ground.
-fn has_ways(brief: &Brief) -> bool {
+pub(crate) fn has_ways(brief: &Brief) -> bool {
     let covers = |robot: &Robot| robot.goal.cover().is_some();
     brief.has_team() && !brief.robots.iter().all(covers)
 }

@@ -10,7 +10,8 @@ use monitor::History;
 use report::Layer;
 
 use crate::ViewSettings;
-use crate::layer::legend;
+use crate::layer::scale;
+use crate::legend::{fitted, legend};
 use crate::map::View;
 use crate::moment::{hop_before, is_team};
 use crate::side::side;
@@ -42,9 +43,11 @@ pub fn draw(frame: &mut Frame<'_>, history: &History, settings: &ViewSettings, n
     };
     let title = format!(" {}{}", shown.definition().title, if settings.follow { around } else { " " });
     let mut block = Block::bordered().border_style(DIM).title(title);
-    if let Some(legend) = legend(shown) {
-        block = block.title_bottom(legend);
-    }
+    let symbols = history.brief().map(legend).unwrap_or_default();
+    block = block.title_bottom(match scale(shown) {
+        Some(scale) => scale,
+        None => fitted(&symbols, usize::from(left.width.saturating_sub(2))).into(),
+    });
     let inside = block.inner(left);
     frame.render_widget(block, left);
     if let Some(view) = View::of(history, settings, inside) {
@@ -52,13 +55,13 @@ pub fn draw(frame: &mut Frame<'_>, history: &History, settings: &ViewSettings, n
     }
     frame.render_widget(Paragraph::new(side(history, settings, now, right)), right);
     if settings.keys {
+        let lines = help(&symbols);
         let [across] = Layout::horizontal([Constraint::Length(62)]).flex(Flex::Center).areas(body);
         let [panel] =
-            Layout::vertical([Constraint::Length(KEYS.len() as u16 + 2)]).flex(Flex::Center).areas(across);
-        let lines =
-            KEYS.map(|(key, does)| Line::from(vec![Span::styled(format!(" {key:<15}"), BOLD), does.into()]));
+            Layout::vertical([Constraint::Length(lines.len() as u16 + 2)]).flex(Flex::Center).areas(across);
         frame.render_widget(Clear, panel);
-        frame.render_widget(Paragraph::new(lines.to_vec()).block(Block::bordered().title(" keys ")), panel);
+        frame
+            .render_widget(Paragraph::new(lines).block(Block::bordered().title(" keys and symbols ")), panel);
     }
 }
 
@@ -75,6 +78,19 @@ const KEYS: [(&str, &str); 10] = [
     ("?", "these keys"),
     ("Q", "quit"),
 ];
+
+/// The keys, then the symbols, three in a line.
+fn help(symbols: &[(&'static str, &'static str)]) -> Vec<Line<'static>> {
+    let keys =
+        KEYS.map(|(key, does)| Line::from(vec![Span::styled(format!(" {key:<15}"), BOLD), does.into()]));
+    let symbols = symbols.chunks(3).map(|symbols| {
+        let entry = |(symbol, meaning): &(&str, &str)| {
+            [Span::styled(format!(" {symbol:<5} "), BOLD), Span::raw(format!("{meaning:<12} "))]
+        };
+        Line::from(symbols.iter().flat_map(entry).collect::<Vec<_>>())
+    });
+    keys.into_iter().chain(symbols).collect()
+}
 
 fn heading(history: &History, settings: &ViewSettings) -> Line<'static> {
     let mut line = vec![Span::styled(" Hopper ", BOLD.fg(AMBER))];

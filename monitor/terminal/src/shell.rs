@@ -6,12 +6,14 @@ use std::time::Duration;
 use contract::{Decision, MonotonicNs};
 use node::{Exit, Failure, hold_log_back};
 use ratatui::DefaultTerminal;
+use ratatui::buffer::Buffer;
 use ratatui::crossterm::event::{self, Event, KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 
 use monitor::{History, Screen, Wish};
 
 use crate::ViewSettings;
 use crate::picture::draw;
+use crate::scrollback::leave_behind;
 
 /// Maps longer than this are followed from the start: whole, they would be a blot.
 const WHOLE_CELLS_MAX: u32 = 60;
@@ -21,6 +23,8 @@ const WHOLE_CELLS_MAX: u32 = 60;
 pub struct Terminal {
     screen: DefaultTerminal,
     settings: ViewSettings,
+    /// The last picture, which stays on the terminal.
+    last: Option<Buffer>,
     /// Whether the map's size has been looked at.
     begun: bool,
 }
@@ -41,7 +45,7 @@ impl Terminal {
         let screen = ratatui::try_init().map_err(Failure::run)?;
         hold_log_back(true);
         let settings = ViewSettings { policy: true, control, ..ViewSettings::default() };
-        Ok(Self { screen, settings, begun: false })
+        Ok(Self { screen, settings, last: None, begun: false })
     }
 
     fn press(&mut self, key: &KeyEvent, history: &History) -> Option<Wish> {
@@ -119,7 +123,9 @@ impl Screen for Terminal {
                 wishes.extend(self.press(&key, history));
             }
         }
-        self.screen.draw(|frame| draw(frame, history, &self.settings, now)).map_err(Failure::run)?;
+        let drawn =
+            self.screen.draw(|frame| draw(frame, history, &self.settings, now)).map_err(Failure::run)?;
+        self.last = history.brief().map(|_| drawn.buffer.clone());
         Ok(wishes)
     }
 }
@@ -128,6 +134,9 @@ impl Drop for Terminal {
     fn drop(&mut self) {
         // Whoever is gone by now needs no terminal.
         let _ = ratatui::try_restore();
+        if let Some(last) = &self.last {
+            let _ = leave_behind(last, &mut std::io::stdout().lock());
+        }
         hold_log_back(false);
     }
 }

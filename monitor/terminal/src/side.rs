@@ -1,6 +1,8 @@
 //! The column beside the map: the mission in figures, decision times, who commands, processes, events.
 
-use contract::{Account, Branch, Brief, Decision, MonotonicNs, Origin, Policy, RobotId, Role, Stage};
+use contract::{
+    Account, Branch, Brief, Decision, Direction, MonotonicNs, Origin, Policy, RobotId, Role, Stage,
+};
 use ratatui::layout::Rect;
 use ratatui::style::{Color, Style};
 use ratatui::text::{Line, Span};
@@ -135,6 +137,24 @@ fn mission(history: &History, at: Decision, lines: &mut Vec<Line<'static>>) {
     let radius_m = brief.robots[0].as_hopper().map_or(0.0, |(_, sensor)| sensor.radius_m(height_m));
     lines.push(Line::raw(format!("height {height_m:.2} m, sees {radius_m:.1} m · {treasures} ★")));
     lines.extend(way_of_hop(history, at));
+    lines.extend(why(history, at));
+}
+
+/// What the planner that decides would do next and why: the two hops that are worth most by its policy.
+fn why(history: &History, at: Decision) -> Option<Line<'static>> {
+    if hop_before(history, at).is_some_and(|hop| hop.status.is_over()) {
+        return None;
+    }
+    let reason = history.reason(pose(history, at)?, at)?;
+    let (planner, _, action) = reason.policy?;
+    let mut hops: Vec<_> = reason.hops.iter().filter_map(|hop| Some((hop.value?, hop.direction))).collect();
+    hops.sort_by(|(a, _), (b, _)| b.total_cmp(a));
+    let worth = |&(value, direction): &(f64, Direction)| format!("{direction} {value:.2}");
+    let values: Vec<_> = hops.iter().take(2).map(worth).collect();
+    Some(Line::raw(match values.as_slice() {
+        [] => format!("{planner}: {action} next"),
+        values => format!("{planner} expects {}", values.join(", ")),
+    }))
 }
 
 /// What became of the hop that led to a moment, where the motion model tells it.

@@ -316,6 +316,84 @@ fn a_terminal_too_small_says_what_it_needs_and_nothing_is_drawn_of_nothing() {
     assert!(nothing.contains("waiting for a mission"), "{nothing}");
 }
 
+/// P-TUI-LEGEND: The terminal view says what its symbols stand for: below the map what fits there, with the keys all of them.
+#[test]
+fn symbols_have_their_meanings_below_the_map_and_with_the_keys() {
+    let [narrow, wide] =
+        [80, 200].map(|columns| picture(&account(), &ViewSettings::default(), columns, 24).to_string());
+    assert!(narrow.contains("@ hopper  ★ goal  S start"), "{narrow}");
+    assert!(!narrow.contains("impassable") && wide.contains("## impassable  ░░ sand"), "{wide}");
+    let keys = ViewSettings { keys: true, ..ViewSettings::default() };
+    let shown = picture(&account(), &keys, 80, 24).to_string();
+    let meanings = [
+        "hopper",
+        "goal",
+        "start",
+        "way",
+        "not seen",
+        "slipped",
+        "stayed",
+        "impassable",
+        "sand",
+        "treasure",
+        "impact",
+    ];
+    for meaning in meanings {
+        assert!(shown.contains(meaning), "{meaning}: {shown}");
+    }
+    let team = picture(&scouting(), &keys, 80, 24).to_string();
+    assert!(team.contains("rim of what is seen") && !team.contains("slipped"), "{team}");
+}
+
+/// P-TUI-WHY: Beside the map stand the two hops that are worth most by the policy of the planner that decides.
+#[test]
+fn the_planner_that_decides_says_what_it_expects_of_its_hops() {
+    let shown = picture(&account(), &ViewSettings::default(), 80, 24).to_string();
+    let line = shown.lines().find(|line| line.contains("greedy expects ")).unwrap_or_default();
+    let hops = ["north ", "east ", "south ", "west "].iter().filter(|hop| line.contains(**hop)).count();
+    assert_eq!(hops, 2, "{shown}");
+}
+
+/// P-TUI-WIDTH: A small map fills a large terminal: its cells get several characters.
+#[test]
+fn a_small_map_on_a_large_terminal_has_large_cells() {
+    let settings = ViewSettings { policy: true, ..ViewSettings::default() };
+    let unseen = |columns, rows| {
+        let shown = picture(&account(), &settings, columns, rows).to_string();
+        let on_map = |line: &&str| line.starts_with("\"│");
+        let lengths = shown.lines().filter(on_map).map(|line| line.chars().take(columns as usize - 40));
+        lengths.filter(|line| line.clone().any(|character| "→↑←↓•@".contains(character))).count()
+    };
+    // Sixteen rows of cells, and three times as many lines where there is room; signs stand once a cell.
+    let map_rows = |columns, rows| {
+        let buffer = picture(&account(), &settings, columns, rows).buffer().clone();
+        let is_ground = |y: u16| (0..columns - 40).any(|x| buffer[(x, y)].bg != ratatui::style::Color::Reset);
+        (0..rows).filter(|y| is_ground(*y)).count()
+    };
+    assert_eq!(map_rows(200, 54), 3 * map_rows(80, 24));
+    assert_eq!(unseen(200, 54), unseen(80, 24));
+}
+
+/// P-TUI-END: When the view ends, its last picture stays on the terminal, without the keys.
+#[test]
+fn the_last_picture_stays_on_the_terminal() {
+    let shown = picture(&account(), &ViewSettings::default(), 80, 24);
+    let mut left = Vec::new();
+    terminal::scrollback::leave_behind(shown.buffer(), &mut left).unwrap();
+    let left = String::from_utf8(left).unwrap();
+    let plain: Vec<String> = left.lines().map(without_colours).collect();
+    let row = |y: u16| (0..80).map(|x| shown.buffer()[(x, y)].symbol()).collect::<String>();
+    assert_eq!(plain, (0..23).map(row).collect::<Vec<_>>());
+    assert!(left.contains("\u{1b}[") && !left.contains("q quit"), "{left}");
+}
+
+/// A line without the sequences `ESC [ … m`.
+fn without_colours(line: &str) -> String {
+    let mut parts = line.split("\u{1b}[");
+    let first = parts.next().unwrap_or_default().to_owned();
+    parts.fold(first, |text, part| text + part.split_once('m').map_or("", |(_, rest)| rest))
+}
+
 #[test]
 fn every_size_of_terminal_and_every_moment_can_be_drawn() {
     let account = account();
