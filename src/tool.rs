@@ -14,7 +14,7 @@ use node::{Exit, Failure};
 /// Programs and the commands they serve. A program has the name of its package.
 pub const TOOLS: [(&str, &[&str]); 7] = [
     ("hopper-dynamics", &["motion", "validate"]),
-    // `hopper journal draw` runs it itself, for PDF.
+    // Commands that draw run it themselves, for PDF.
     ("hopper-figures", &["gif"]),
     ("hopper-recordings", &["bag", "latency"]),
     // `hopper campaign` runs it itself, for campaigns that name a study.

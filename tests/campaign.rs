@@ -388,6 +388,15 @@ fn the_report_of_a_tiny_campaign_is_as_ever() {
         picture.starts_with("<svg") && picture.contains("sandy greedy (0.5, 0.5) in paper-2023"),
         "{picture}"
     );
+    // How missions fail stands beside how many do not.
+    let mut records = csv::Reader::from_reader(table.as_bytes());
+    let headings = records.headers().unwrap().clone();
+    let rows: Vec<_> = records.records().map(Result::unwrap).collect();
+    for (column, words) in [("deadlock", "out of steps"), ("left_map", "left the map"), ("lost", " lost<")] {
+        let at = headings.iter().position(|heading| heading == column).unwrap();
+        let need = rows.iter().filter(|row| row[at] != *"0").count();
+        assert_eq!(picture.matches(words).count(), need, "{column}: {table}{picture}");
+    }
 }
 
 /// P-READINGS: Readings of the paper's open points are flown on the same draws, and scored by the

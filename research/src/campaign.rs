@@ -8,7 +8,7 @@ use hopper::commands::campaign::report::{Form as Asked, csv_text};
 use hopper::commands::campaign::store::{self, Times};
 use hopper::commands::campaign::trials::{self, Flight};
 use hopper::commands::campaign::{Command, fly, merge, report, rerun, run_args};
-use hopper::files::write_into;
+use hopper::files::{write_into, write_picture};
 use hopper::stdout::print;
 use node::{Exit, Failure, Node};
 use serde_json::Value;
@@ -143,6 +143,9 @@ fn report_study<S: Reported>(args: &report::Args) -> Result<Exit, Failure> {
             files.push((format!("report.{form}"), text(form)?));
         }
         write_into(dir, files)?;
+    }
+    if let Some(file) = &args.picture {
+        write_picture(file, &text(Asked::Svg)?)?;
     }
     print(&text(args.format)?)?;
     Ok(Exit::Done)

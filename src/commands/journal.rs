@@ -9,11 +9,10 @@ use node::{Exit, Failure};
 use report::{Format, PictureStyle};
 use serde::Serialize;
 
-use crate::files::write;
+use crate::files::write_picture;
 use crate::mission::Flown;
 use crate::mission::comparison::{Difference, against_lockstep};
 use crate::stdout::{print, print_json, stream};
-use crate::tool;
 
 /// Subcommands of `hopper journal`.
 #[derive(clap::Subcommand, Clone, Debug)]
@@ -130,37 +129,18 @@ pub fn run(command: &Command) -> Result<Exit, Failure> {
     Ok(if is_sound { Exit::Done } else { Exit::Failed })
 }
 
-impl DrawArgs {
-    /// The picture that is asked for, as SVG; one.
-    ///
-    /// # Errors
-    /// If the journal cannot be read, or has fewer decisions than asked for.
-    pub fn pictures(&self) -> Result<Vec<String>, Failure> {
-        let dir = folder(&self.dir)?;
-        require_ground(&dir)?;
-        let flown = Flown::read(&dir)?;
-        let most = flown.records.len();
-        let at = self.at.unwrap_or(most);
-        if at > most {
-            let dir = self.dir.display();
-            return Err(Failure::usage(format!("--at needs 0 to {most}, the decisions of {dir}, got {at}")));
-        }
-        flown.pictures(&[at], self.picture)
-    }
-
-    /// File to write.
-    #[must_use]
-    pub fn out(&self) -> &Path {
-        &self.out
-    }
-}
-
 fn draw(args: &DrawArgs) -> Result<Exit, Failure> {
-    if args.out.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("pdf")) {
-        return tool::exec("hopper-figures", std::env::args_os().skip(1));
+    let dir = folder(&args.dir)?;
+    require_ground(&dir)?;
+    let flown = Flown::read(&dir)?;
+    let most = flown.records.len();
+    let at = args.at.unwrap_or(most);
+    if at > most {
+        let dir = args.dir.display();
+        return Err(Failure::usage(format!("--at needs 0 to {most}, the decisions of {dir}, got {at}")));
     }
-    for picture in args.pictures()? {
-        write(args.out(), picture.as_bytes())?;
+    for picture in flown.pictures(&[at], args.picture)? {
+        write_picture(&args.out, &picture)?;
     }
     Ok(Exit::Done)
 }

@@ -10,7 +10,7 @@ use serde::Serialize;
 
 use super::regret::bounds;
 use super::store::{self, Manifest};
-use crate::files::write_into;
+use crate::files::{write_into, write_picture};
 use crate::stdout::print;
 
 /// Arguments of `hopper campaign report`.
@@ -39,6 +39,9 @@ pub struct Args {
     /// Also write the report in all formats into this folder; of a study, with its figures.
     #[arg(long, value_name = "DIR", conflicts_with_all = ["beside", "readings"], value_parser = node::output_path())]
     pub out: Option<PathBuf>,
+    /// Also write the picture of --format svg to this file: SVG, or PDF if it ends in .pdf; an old one is replaced.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["beside", "readings"], value_parser = node::output_file_of(&["svg", "pdf"]))]
+    pub picture: Option<PathBuf>,
 }
 
 /// Published numbers to compare with.
@@ -126,6 +129,9 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
         let file = |form: Form| Ok((format!("report.{form}"), text(form)?));
         let forms = [Form::Md, Form::Csv, Form::Json, Form::Svg];
         write_into(dir, forms.into_iter().map(file).collect::<Result<Vec<(String, String)>, Failure>>()?)?;
+    }
+    if let Some(file) = &args.picture {
+        write_picture(file, &text(Form::Svg)?)?;
     }
     print(&text(args.format)?)?;
     Ok(Exit::Done)

@@ -1,26 +1,24 @@
 //! SVG turned into PDF and pixels.
 
+use std::io::{self, Read as _, Write as _};
 use std::sync::Arc;
 
-use hopper::commands::journal::DrawArgs;
-use hopper::files::write;
 use node::{Exit, Failure};
 use resvg::tiny_skia::{Pixmap, Transform};
 use resvg::usvg::{Options, Tree, fontdb};
 use svg2pdf::{ConversionOptions, PageOptions};
 
-/// Writes the picture that `args` ask for as PDF.
+/// Reads a picture as SVG from standard input and writes it as PDF to standard output.
 ///
 /// # Errors
-/// If the journal cannot be read, or the file not be written.
-pub fn run(args: &DrawArgs) -> Result<Exit, Failure> {
-    let fonts = fonts();
-    for picture in args.pictures()? {
-        let tree = parsed(&picture, &fonts)?;
-        let pdf = svg2pdf::to_pdf(&tree, ConversionOptions::default(), PageOptions::default())
-            .map_err(|error| Failure::run(format!("the picture cannot be written as PDF: {error}")))?;
-        write(args.out(), &pdf)?;
-    }
+/// If it is no SVG, or a stream is gone.
+pub fn pdf() -> Result<Exit, Failure> {
+    let mut picture = String::new();
+    io::stdin().read_to_string(&mut picture).map_err(Failure::run)?;
+    let tree = parsed(&picture, &fonts())?;
+    let pdf = svg2pdf::to_pdf(&tree, ConversionOptions::default(), PageOptions::default())
+        .map_err(|error| Failure::run(format!("the picture cannot be written as PDF: {error}")))?;
+    io::stdout().write_all(&pdf).map_err(Failure::run)?;
     Ok(Exit::Done)
 }
 

@@ -6,7 +6,6 @@ pub mod animation;
 pub mod drawing;
 
 use clap::Subcommand;
-use hopper::commands::journal::DrawArgs;
 use hopper::progress::while_working;
 use node::{Exit, Failure};
 
@@ -18,16 +17,9 @@ pub enum Command {
         after_help = "Examples:\n  hopper gif out/hard-1\n  hopper gif out/hard-1 --out crossing.gif --width 480"
     )]
     Gif(animation::Args),
-    /// Draw a mission as PDF.
-    #[command(subcommand, hide = true)]
-    Journal(Journal),
-}
-
-/// What `hopper journal` passes on.
-#[derive(Subcommand, Clone, Debug)]
-pub enum Journal {
-    /// Draw the mission again, at any hop, for screen or paper.
-    Draw(DrawArgs),
+    /// Turn a picture on standard input from SVG into PDF on standard output; `hopper` does so for files that end in .pdf.
+    #[command(hide = true)]
+    Pdf,
 }
 
 /// Runs the command.
@@ -37,6 +29,6 @@ pub enum Journal {
 pub fn run(command: &Command) -> Result<Exit, Failure> {
     match command {
         Command::Gif(args) => while_working("drawing the mission", || animation::run(args)),
-        Command::Journal(Journal::Draw(args)) => while_working("drawing the mission", || drawing::run(args)),
+        Command::Pdf => drawing::pdf(),
     }
 }

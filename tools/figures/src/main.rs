@@ -1,4 +1,4 @@
-//! `hopper-figures`: serves `hopper gif`, and `hopper journal draw` where it writes PDF.
+//! `hopper-figures`: serves `hopper gif`, and turns pictures into PDF.
 
 use std::process::ExitCode;
 
