@@ -323,6 +323,46 @@ fn a_picture_for_a_paper_is_a_column_without_title_and_with_hatched_sand() {
     );
 }
 
+/// P-PAPER-NUMBERS: Numbers of hops never stand on each other, though the hopper comes back to where it was.
+#[test]
+fn numbers_of_hops_stand_apart_where_the_hopper_comes_back() {
+    let brief = brief(12);
+    let (terrain, map) = ground(&brief);
+    // There and back, so that every tenth hop lands on the same cell.
+    let there_and_back = |n: usize| if n.is_multiple_of(2) { Direction::East } else { Direction::West };
+    let steps: Vec<Step> = (0..60).map(|n| (Action::Hop(there_and_back(n)), Branch::Intended)).collect();
+    let route = records(&brief, &steps, 60);
+    let picture = Picture {
+        brief: &brief,
+        terrain: &terrain,
+        treasures: &[],
+        map: &map,
+        policy: None,
+        route: &route,
+        outcome: Status::Deadlock.into(),
+        sensing_radius_m: None,
+        speeds: &[],
+        announced: &[],
+        details: &[],
+    };
+    let paper = picture.svg_in(PictureStyle::Paper).unwrap();
+    let read = Document::parse(&paper).unwrap();
+    let is_number = |text: &str| text.parse::<u32>().is_ok_and(|number| number.is_multiple_of(10));
+    let numbers = read.descendants().filter(|node| {
+        node.has_tag_name("text")
+            && node.attribute("paint-order").is_some()
+            && node.text().is_some_and(is_number)
+    });
+    let place =
+        |name: &str, node: &roxmltree::Node<'_, '_>| node.attribute(name).unwrap().parse::<f64>().unwrap();
+    let places: Vec<_> = numbers.map(|node| (place("x", &node), place("y", &node))).collect();
+    assert_eq!(places.len(), 4, "six hops end there, and four numbers have room: {places:?}");
+    for (n, (x, y)) in places.iter().enumerate() {
+        let is_apart = |other: &(f64, f64)| (x - other.0).abs() >= 17.0 || (y - other.1).abs() >= 14.0;
+        assert!(places[n + 1..].iter().all(is_apart), "{places:?}");
+    }
+}
+
 /// P-ACCOMPANIED-PICTURE: The picture of a hopper with a helicopter shows the hops, start and goal,
 /// and the flight in its own colour.
 #[test]

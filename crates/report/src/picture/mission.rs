@@ -306,14 +306,27 @@ impl Picture<'_> {
         }
     }
 
-    /// Numbers every tenth hop beside where it landed.
+    /// Numbers every tenth hop beside where it landed, in the first corner where no other number stands; none where all are taken.
     fn hop_numbers(&self, svg: &mut SvgWriter, frame: &Frame) {
         let tenth = |record: &&Record| (record.decision.0 + 1).is_multiple_of(10);
+        let mut taken: Vec<[f64; 4]> = Vec::new();
         for record in self.hopper_route().filter(tenth) {
             let (x, y) = self.place(frame, record);
             let number = (record.decision.0 + 1).to_string();
+            let width = 8.5 * number.len() as f64;
+            let corners = [(5.0, -5.0), (5.0, 16.0), (-5.0 - width, -5.0), (-5.0 - width, 16.0)];
+            // Left, right, top and bottom of the number.
+            let boxes = corners.map(|(dx, dy)| [x + dx, x + dx + width, y + dy - 12.0, y + dy + 2.0]);
+            let is_free = |own: &&[f64; 4]| {
+                let apart = |other: &[f64; 4]| {
+                    own[1] <= other[0] || other[1] <= own[0] || own[3] <= other[2] || other[3] <= own[2]
+                };
+                taken.iter().all(apart)
+            };
+            let Some(own) = boxes.iter().find(is_free).copied() else { continue };
+            taken.push(own);
             let attributes = "font-size=\"13\" stroke=\"#fff\" stroke-width=\"3\" paint-order=\"stroke\"";
-            svg.text(x + 5.0, y - 5.0, attributes, &number);
+            svg.text(own[0], own[3] - 2.0, attributes, &number);
         }
     }
 
