@@ -68,8 +68,8 @@ impl Cursor {
 }
 
 /// One hop as a row: decision, branch, from x and y, to x and y, height, term, steps, status, treasures, visits,
-/// origin, letters of vetoed actions, time of the landing before it in milliseconds, robot, then seven stages in
-/// microseconds.
+/// origin, letters of vetoed actions, time of the landing before it in milliseconds, robot, how long it lasted in
+/// seconds of simulated time, then seven stages in microseconds.
 type Row = Vec<Value>;
 
 #[derive(Serialize)]
@@ -240,6 +240,7 @@ fn hops(hops: &Hops, cursor: &mut Cursor) -> Option<Frame> {
             json!(letters(hop.vetoed)),
             rounded(hop.landed.0 as f64 / 1e6, 1.0),
             json!(hop.robot),
+            rounded(hop.lasts_s, 1e3),
         ];
         row.extend(hop.stages_ns.map(|ns| rounded(ns as f64 / 1e3, 10.0)));
         rows.push(row);

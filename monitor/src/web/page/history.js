@@ -22,12 +22,12 @@ function aim(branch, dx, dy) {
 
 /** One hop out of its row. */
 function hop(row) {
-  const [decision, branch, fromX, fromY, toX, toY, heightM, term, steps, status, treasures, visits, origin, vetoed, landedMs, robot] = row;
-  const stages = row.slice(16);
+  const [decision, branch, fromX, fromY, toX, toY, heightM, term, steps, status, treasures, visits, origin, vetoed, landedMs, robot, lastsS] = row;
+  const stages = row.slice(17);
   const totalUs = stages.reduce((sum, us) => sum + us, 0);
   return {
     decision, branch, from: [fromX, fromY], to: [toX, toY], heightM, term, steps, status, treasures, visits, origin, vetoed, landedMs,
-    robot, stages, totalUs, stray: STRAY.has(branch), aim: aim(branch, toX - fromX, toY - fromY),
+    robot, lastsS, stages, totalUs, stray: STRAY.has(branch), aim: aim(branch, toX - fromX, toY - fromY),
   };
 }
 
@@ -57,6 +57,8 @@ export class MissionHistory {
     this.heights = new Float32Array(cells);
     this.flags = new Uint8Array(cells);
     this.seenAt = new Uint32Array(cells).fill(UNSEEN);
+    /** Whether some seen cell is impassable. */
+    this.hasBlocked = false;
     /** What was observed of each cell's speed: 0 nothing, 1 to 4 a speed, 5 to 8 a reading. */
     this.observed = mission.speeds ? new Uint8Array(cells) : null;
     /** What each layer with values of seen ground shows of each cell. */
@@ -68,6 +70,7 @@ export class MissionHistory {
     this.routes = [];
     this.fresh = null;
     this.counted = null;
+    this.timed = null;
     this.seen = 0;
     this.low = Infinity;
     this.high = -Infinity;
@@ -203,6 +206,7 @@ export class MissionHistory {
       if (this.seenAt[index] === UNSEEN) this.seen += 1;
       this.seenAt[index] = date;
       this.flags[index] = h[n] & 3;
+      this.hasBlocked ||= (h[n] & 2) > 0;
       if (v && this.observed) this.observed[index] = v[n];
       values.forEach((column, place) => { this.values[place][index] = column[n]; });
       const heightM = Math.floor(h[n] / 4) / 1e3;
@@ -234,6 +238,12 @@ export class MissionHistory {
     return this.hops[at - this.first - 1] ?? null;
   }
 
+  /** The last hops before a moment, `most` at most. */
+  hopsUntil(at, most = Infinity) {
+    const until = Math.min(Math.max(at - this.first, 0), this.hops.length);
+    return this.hops.slice(Math.max(until - most, 0), until);
+  }
+
   /** Number of robots of the mission. */
   get robots() {
     return this.mission?.robots.length ?? 1;
@@ -259,6 +269,26 @@ export class MissionHistory {
       const acts = this.hops.some((hop) => hop.robot === robot && hop.decision >= at);
       return { cell, rest, standing: acts ? "active" : (member?.standing ?? "active") };
     });
+  }
+
+  /** Simulated time at a moment, seconds since the start: when the robot whose turn it is acts. At the end of the mission, the end of
+   * the last action. */
+  timeAt(at) {
+    const members = this.status?.progress?.robots ?? [];
+    if (at >= this.due && members.length > 0) {
+      const due = this.turn(at);
+      return (due < 0 ? Math.max(...members.map(({ ready_at_ns: readyNs }) => readyNs)) : members[due].ready_at_ns) / 1e9;
+    }
+    // Robots act in the order of their clocks; one that has waited goes on when another acts.
+    const known = this.timed;
+    if (!known || known.first !== this.first) this.timed = { first: this.first, starts: [], clocks: [] };
+    const { starts, clocks } = this.timed;
+    for (let n = starts.length; n < this.hops.length; n += 1) {
+      const { robot, lastsS } = this.hops[n];
+      starts.push(Math.max(clocks[robot] ?? 0, starts[n - 1] ?? 0));
+      clocks[robot] = starts[n] + lastsS;
+    }
+    return starts[at - this.first] ?? clocks.reduce((latest, clock) => Math.max(latest, clock ?? 0), 0);
   }
 
   /** Whose turn it is at a moment: of the active robots that wait for no other the one with the least clock and number. */
