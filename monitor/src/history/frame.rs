@@ -1,8 +1,8 @@
 //! Frames for the page: small pieces of the history, each a named event with JSON data.
 
 use contract::{
-    Account, Action, Brief, Cell, Decision, Grid, MonotonicNs, MotionModel, Policy, Robot, RobotId, Stage,
-    Vetoed, Waypoint,
+    Account, Action, Brief, Cell, Decision, Grid, MonotonicNs, MotionModel, Policy, Robot, RobotId, Role,
+    Stage, Vetoed, Waypoint,
 };
 use report::way::{self, Stretch};
 use serde::Serialize;
@@ -83,6 +83,8 @@ struct PeerRow<'a> {
     alive: bool,
     /// The robots that it commands.
     leads: Vec<RobotId>,
+    /// Of a planner the robots that it can plan for.
+    plans: Vec<RobotId>,
 }
 
 impl History {
@@ -140,6 +142,7 @@ impl History {
             return None;
         }
         cursor.status = *number;
+        let robots = self.brief().map_or(0, |brief| brief.robots.len() as u16);
         let peers = self.peers.peers();
         let peers = peers.iter().map(|peer| PeerRow {
             role: peer.beat.role.as_str(),
@@ -150,6 +153,10 @@ impl History {
             silent_ms: now.since_ns(peer.heard) / 1_000_000,
             alive: !peer.silent,
             leads: self.led_by(peer.beat.incarnation),
+            plans: (0..robots)
+                .map(RobotId)
+                .filter(|robot| peer.beat.role == Role::Planner && peer.beat.robots.has(*robot))
+                .collect(),
         });
         let treasures: &[Cell] = self.seen_cells().map_or(&[], SeenCells::treasures);
         let pacing = self.pacing.map(

@@ -10,6 +10,10 @@ const HOPS_KEPT = 65536;
 /** Ways of hops that are kept, as by the monitor. */
 const WAYS_KEPT = 16384;
 
+/** The process that each stage waits for, and how long a stage lasts at least that has waited for a dead one, microseconds. */
+const WAITS_FOR = { sense: "perception", map: "perception", deliver: "planner", plan: "planner", command: "planner", commit: "hopper-sim", state: "hopper-sim" };
+const BLAME_US = 200_000;
+
 const STRAY = new Set(["stayed", "left", "right", "elsewhere", "rolled_away"]);
 
 /** Where a hop was aimed, in cells from its departure, by where it landed; null if it stayed or held. */
@@ -409,12 +413,34 @@ export class MissionHistory {
     return leader?.planner ?? this.status?.progress?.robots?.[robot]?.leader?.planner ?? null;
   }
 
+  /** The planner that chose a hop. */
+  plannerThatChose({ robot, term }) {
+    return this.leaders.find((leader) => leader.robot === robot && leader.term === term)?.planner ?? null;
+  }
+
   /** How many decisions a leader took in its term until a moment, of those that are known. */
   commands({ robot, from }, at) {
     const next = this.leaders.find((one) => one.robot === robot && one.from > from)?.from ?? this.due;
     const until = Math.min(next, at);
     if (this.robots === 1) return Math.max(until - from, 0);
     return this.hops.filter((hop) => hop.robot === robot && hop.decision >= from && hop.decision < until).length;
+  }
+
+  /** The stage of a hop that waited for a process which was dead, and for which; null if none did. */
+  blame({ decision, robot, stages, totalUs }) {
+    const longest = stages.reduce((most, us, n) => (us > stages[most] ? n : most), 0);
+    if (stages[longest] < BLAME_US || stages[longest] < totalUs / 2) return null;
+    const stage = this.mission.stages[longest];
+    const role = WAITS_FOR[stage];
+    // It fell silent, or another took its place before it could.
+    const isOfRole = (mark) => mark.decision === decision && mark.role === role;
+    const took = this.leaders.find((leader) => leader.robot === robot && leader.from === decision && !leader.first);
+    const gone = this.marks.find((mark) => isOfRole(mark) && mark.change === "silent");
+    const name = (mark) => `${mark.planner ? `${mark.role} ${mark.planner}` : mark.role} (${mark.pid})`;
+    if (gone) return { stage, text: `${stage} waited for ${name(gone)}, which fell silent` };
+    const come = decision > 0 && this.marks.find((mark) => isOfRole(mark) && mark.change !== "silent");
+    if (role === "planner" && took) return { stage, text: `${stage} waited until planner ${took.planner} (${took.pid || "–"}) took command` };
+    return come && role !== "planner" ? { stage, text: `${stage} waited until ${name(come)} was there` } : null;
   }
 
   /** What a decision is called: robots of a team do not all hop. */

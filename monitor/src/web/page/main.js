@@ -172,7 +172,7 @@ function showKeys(at) {
     sand: hopper && layer.look !== "scale",
     blocked: layer.look !== "scale" && history.hasBlocked,
     visits: isFlat && layer.look === "entries",
-    contours: isFlat && Boolean(map.lines),
+    contours: isFlat && Boolean(map.lines) && history.high - history.low >= map.lines.stepM,
     start: !isTeam, goal: !isTeam && mission.goals.length > 0, hopper: !isTeam,
     owned: isTeam && mission.robots.some(({ goals }) => goals.length > 0), bodies: isTeam, turn: isFlat && isTeam && !history.isOver(at),
     route: !isTeam, travelled: isTeam, stray: hopper && (hasRoute || !isFlat), crosses: hasRoute && near && map.route.crosses.length > 0, stuck: hasRoute && near && map.route.stuck.length > 0,
@@ -245,7 +245,7 @@ function teamFigures(at) {
   return [
     ["decisions", `${at}`, ""], ["step", `${history.hopBefore(at)?.steps ?? 0}`, `/${history.mission.steps_max}`], ["covered", `${covered}`, "cells"], ["seen", share.toFixed(0), "%"],
     ["visits", `${entered}`, ""], ["again", entered ? ((100 * (entered - covered)) / entered).toFixed(0) : "0", "%"],
-    ["active", `${active}`, `/${history.robots}`], ["turn", due < 0 ? "–" : "robot", "", due < 0 ? [] : [due]],
+    ["active", `${active}`, `/${history.robots}`], ["turn", due < 0 ? "–" : `robot ${due}`, "", due < 0 ? [] : [due]],
   ];
 }
 
@@ -335,6 +335,7 @@ function showTimes(at) {
   drawBar(by("bar"), hop, mission.stages, mission.budget_us);
   mission.stages.forEach((name, n) => put(`stage-${name}`, hop ? duration(hop.stages[n]) : "–"));
   put("stage-total", hop ? duration(hop.totalUs) : "–");
+  put("blame", hop ? history.blame(hop)?.text ?? "" : "");
   const count = drawHistory(by("history"), history, at, mission.budget_us, mission.stages, view.logarithmic);
   put("history-note", count > 0 ? `the last ${count}` : "");
   const { p50, p99, longest } = drawHistogram(by("histogram"), history, at, mission.budget_us);
@@ -364,24 +365,58 @@ function showLeaders(at) {
     make("td", { className: "n", textContent: leader.pid || "–" }))));
 }
 
+/** Which of several robots, as the end of a phrase. */
+function ofRobots(robots, before = "") {
+  if (history.robots === 1 || robots.length === 0) return "";
+  return ` ${before}robot${robots.length > 1 ? "s" : ""} ${robots.join(", ")}`;
+}
+
+/** Planners that command nobody and could take over. */
+const standBy = () => (history.status?.peers ?? []).filter(({ role, alive, leads }) => role === "planner" && alive && leads.length === 0);
+
+/** Has a planner take command. A paused mission goes on only when somebody lets it. */
+function handOver(peer) {
+  const waits = history.status?.tempo?.paused ? "; the mission is paused: Step or Go on for it to decide" : "";
+  tell({ order: "hand_over", life: peer.life }, `${peer.planner} takes command${ofRobots(peer.plans, "of ")}${waits}`);
+}
+
+/** Hands over to the planner that stands by; of several somebody chooses. */
+function askWho() {
+  if (!mayOrder || view.connected !== "open") return;
+  const planners = standBy();
+  if (planners.length === 0) {
+    say("no planner stands by");
+    return;
+  }
+  if (planners.length === 1) {
+    handOver(planners[0]);
+    return;
+  }
+  by("standby-list").replaceChildren(...planners.map((peer) => {
+    const button = make("button", { type: "button", textContent: `${peer.planner}${ofRobots(peer.plans, "for ")} (${peer.pid})` });
+    button.addEventListener("click", () => { by("standby").close(); handOver(peer); });
+    return make("li", {}, button);
+  }));
+  by("standby").showModal();
+}
+
 function showPeers() {
   const peers = history.status?.peers ?? [];
   const status = history.status?.progress?.status;
   const interrupted = Boolean(history.status?.interrupted);
   const over = interrupted || (status && status !== "underway");
-  const text = JSON.stringify(peers.map((peer) => [peer.life, peer.alive, peer.leads, Math.round(peer.silent_ms / 200)])) + view.connected + over + interrupted + mayOrder;
+  const text = JSON.stringify(peers.map((peer) => [peer.life, peer.alive, peer.leads, peer.plans, Math.round(peer.silent_ms / 200)])) + view.connected + over + interrupted + mayOrder;
   if (TEXTS.get("peers") === text) return;
   TEXTS.set("peers", text);
   by("peers").tBodies[0].replaceChildren(...peers.map((peer) => {
     const state = over ? "finished" : !peer.alive ? "silent" : peer.silent_ms > 400 ? "late" : "alive";
     const last = make("td", { className: "n" });
     if (peer.role === "planner" && peer.alive && peer.leads.length === 0 && !over) {
-      const button = make("button", { type: "button", textContent: "hand over", disabled: !mayOrder || view.connected !== "open", title: mayOrder ? `Let ${peer.planner} command` : "needs --control" });
-      button.dataset.life = peer.life;
-      button.addEventListener("click", () => tell({ order: "hand_over", life: peer.life }));
+      const button = make("button", { type: "button", textContent: "hand over", disabled: !mayOrder || view.connected !== "open", title: mayOrder ? `Let ${peer.planner} command${ofRobots(peer.plans)}` : "needs --control" });
+      button.addEventListener("click", () => handOver(peer));
       last.append(button);
     }
-    const part = peer.role === "planner" ? (peer.leads.length > 0 ? `commands${history.robots > 1 ? ` ${peer.leads.join(", ")}` : ""}` : "stands by") : peer.alive ? "alive" : "silent";
+    const part = peer.role === "planner" ? (peer.leads.length > 0 ? `commands${ofRobots(peer.leads)}` : `stands by${ofRobots(peer.plans, "for ")}`) : peer.alive ? "alive" : "silent";
     return make("tr", { className: state },
       make("td", {}, make("i", { className: "dot" }), peer.planner ? `${peer.role} ${peer.planner}` : peer.role),
       make("td", { textContent: interrupted ? "ended" : over ? "finished" : peer.alive ? part : "silent" }),
@@ -394,12 +429,15 @@ function showPeers() {
 /** What befell the hops of late, and what the guard did: the last thousand are looked through. */
 function guarded(at) {
   const until = Math.max(at - history.first, 0);
-  return history.hops.slice(Math.max(until - 1000, 0), until).flatMap(({ decision, robot, vetoed, origin, stray, branch, totalUs }) => {
+  return history.hops.slice(Math.max(until - 1000, 0), until).flatMap(({ decision, robot, vetoed, origin, stray, branch, stages, totalUs }) => {
     const who = history.robotPrefix(robot);
     const events = [];
     if (vetoed) events.push({ decision, kind: "swap", text: `${who}the guard vetoes ${[...vetoed].map((letter) => (letter === "-" ? "to stand still" : ACTIONS[letter])).join(", ")}` });
     if (stray) events.push({ decision: decision + 1, kind: "stray", text: `${who}${STRAYED[branch]}` });
-    if (totalUs > history.mission.budget_us) events.push({ decision, kind: "bad", text: `${who}budget missed: ${duration(totalUs)} of ${duration(history.mission.budget_us)}` });
+    if (totalUs > history.mission.budget_us) {
+      const blame = history.blame({ decision, robot, stages, totalUs });
+      events.push({ decision, kind: "bad", text: `${who}budget missed: ${duration(totalUs)} of ${duration(history.mission.budget_us)}${blame ? `; ${blame.text}` : ""}` });
+    }
     if (origin !== "planner") events.push({ decision, kind: "bad", text: `${who}no command in time: the fallback acts (${origin})` });
     return events;
   });
@@ -542,8 +580,7 @@ function show() {
   put("policy-note", policyNote(at));
   by("policy-note").classList.toggle("warn", policyNote(at).startsWith("⚠"));
   by("value-key").hidden = !map.options.values;
-  if (history.robots === 1) why.update(at);
-  by("why").hidden = history.robots > 1;
+  why.update(at);
   showRobots(at);
   const { most } = map.shown();
   const [low, high] = most ? [0, most] : map.range;
@@ -604,15 +641,22 @@ function replay() {
 /** How long an answer to an order stands. */
 const ANSWER_MS = 6000;
 
-async function tell(order) {
-  try {
-    put("answer", (await give(order)) ?? `sent: ${order.order.replace("_", " ")}`);
-  } catch {
-    put("answer", "the monitor does not answer");
-  }
+/** Shows an answer for a while. */
+function say(text) {
+  put("answer", text);
+  by("answer").title = text;
   view.dirty = true;
   clearTimeout(view.answer);
   view.answer = setTimeout(() => put("answer", ""), ANSWER_MS);
+}
+
+/** Gives an order; says why it was refused, or `sent`. */
+async function tell(order, sent = `sent: ${order.order.replace("_", " ")}`) {
+  try {
+    say((await give(order)) ?? sent);
+  } catch {
+    say("the monitor does not answer");
+  }
 }
 
 function toggle(option) {
@@ -653,7 +697,7 @@ const KEYS = {
   c: () => { theme.toggleContrast(); map.recolour(); },
   k: () => { if (!by("pause").disabled) tell({ order: history.status?.tempo?.paused ? "resume" : "pause" }); },
   s: () => { if (!by("step").disabled) tell({ order: "step" }); },
-  h: () => document.querySelector("#peers button:not(:disabled)")?.click(),
+  h: askWho,
   " ": () => KEYS.k(),
   PageUp: () => go(moment() - 10),
   PageDown: () => go(moment() + 10),
@@ -676,7 +720,7 @@ function listen() {
     event.target.value = "";
   });
   document.addEventListener("keydown", (event) => {
-    if (event.ctrlKey || event.altKey || event.metaKey || event.target.tagName === "SELECT" || by("help").open) return;
+    if (event.ctrlKey || event.altKey || event.metaKey || event.target.tagName === "SELECT" || by("help").open || by("standby").open) return;
     if (event.key === " " && event.target.tagName === "BUTTON") return;
     const stride = event.shiftKey ? 10 : 1;
     const act = event.key === "ArrowLeft" ? () => go(moment() - stride) : event.key === "ArrowRight" ? () => go(moment() + stride) : KEYS[event.key] ?? KEYS[event.key.toLowerCase()];

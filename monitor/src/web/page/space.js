@@ -41,7 +41,15 @@ void main() {
   ivec2 cell = ivec2(gl_VertexID % size.x, gl_VertexID / size.x);
   vec4 known = texelFetch(colours, cell, 0);
   seen = known.a;
-  float height = seen > 0.5 ? texelFetch(heights, cell, 0).r : floorHeight;
+  float height = texelFetch(heights, cell, 0).r;
+  if (seen < 0.5) {
+    // Beside what was seen the fog is as high as that, so that it has no slope of its own.
+    height = floorHeight;
+    for (int n = 0; n < 9; n += 1) {
+      ivec2 beside = clamp(cell + ivec2(n % 3 - 1, n / 3 - 1), ivec2(0), size - 1);
+      if (texelFetch(colours, beside, 0).a > 0.5) height = max(height, texelFetch(heights, beside, 0).r);
+    }
+  }
   spot = vec3(vec2(cell), height * raise);
   shade = known.rgb;
   gl_Position = view * vec4(spot, 1.0);
