@@ -14,6 +14,9 @@ const WAYS_KEPT = 16384;
 const WAITS_FOR = { sense: "perception", map: "perception", deliver: "planner", plan: "planner", command: "planner", commit: "hopper-sim", state: "hopper-sim" };
 const BLAME_US = 200_000;
 
+/** The shortest action of one of several robots, as hopper-sim has it, seconds. */
+const ACTION_MIN_S = 1;
+
 const STRAY = new Set(["stayed", "left", "right", "elsewhere", "rolled_away"]);
 
 /** Where a hop was aimed, in cells from its departure, by where it landed; null if it stayed or held. */
@@ -290,7 +293,7 @@ export class MissionHistory {
     for (let n = starts.length; n < this.hops.length; n += 1) {
       const { robot, lastsS } = this.hops[n];
       starts.push(Math.max(clocks[robot] ?? 0, starts[n - 1] ?? 0));
-      clocks[robot] = starts[n] + lastsS;
+      clocks[robot] = starts[n] + (this.robots > 1 && lastsS > 0 ? Math.max(lastsS, ACTION_MIN_S) : lastsS);
     }
     return starts[at - this.first] ?? clocks.reduce((latest, clock) => Math.max(latest, clock ?? 0), 0);
   }
