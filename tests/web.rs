@@ -95,7 +95,15 @@ fn a_mission_is_watched_and_controlled_in_a_real_browser() {
     );
     assert_eq!(seen["streams"], serde_json::json!([2, 0, 2]), "seen, hidden, seen again");
     assert!(seen["bound"].as_str().unwrap().parse::<f64>().unwrap() > 0.0, "a certificate: {seen}");
+    assert_eq!(seen["standby"], "stands by");
+    let answer = seen["answer"].as_str().unwrap();
+    assert!(answer.starts_with("greedy takes command; the mission is paused"), "{answer}");
     assert_eq!(seen["leaders"], serde_json::json!(["greedy", "mdp"]), "the swap is seen");
+    let rule = seen["rule"].as_str().unwrap();
+    assert!(
+        rule.starts_with("greedy looks one hop ahead"),
+        "the reason is that of the planner that decided: {rule}"
+    );
     assert!(seen["leader"].as_str().unwrap().starts_with("greedy"), "{seen}");
     assert!(seen["colours"].as_u64().unwrap() > 20, "the map is drawn: {seen}");
     assert_eq!(seen["overflow"], 0, "nothing sticks out of a narrow window");
@@ -361,9 +369,111 @@ fn several_robots_are_shown_on_the_page() {
     let places = seen["robots"].as_array().unwrap();
     assert_eq!((places.len(), &seen["badges"]), (4, &4.into()), "{seen}");
     assert!(places.iter().all(|place| place.as_str().unwrap().starts_with('(')), "{seen}");
-    assert_eq!(seen["why"], false, "the panel explains hops, and rovers do not hop");
+    let why = seen["why"].as_str().unwrap();
+    assert!(
+        why.starts_with("Robot ") && why.contains(", a rover, "),
+        "the panel tells what a rover did: {why}"
+    );
     assert_eq!(seen["overflow"], 0, "nothing sticks out of a narrow window");
     assert_is_there(&shots, &["team"]);
+}
+
+/// P-WEB-STATES: On desktops and on phones held either way nothing of the page is clipped, the map is in sight above the
+/// timeline, and axe-core finds nothing: one robot and several, in 2D and in 3D, on a large map, and of an interrupted mission.
+///
+/// The legend names what is drawn, the list says what each robot is and how far its goal is, and the reason names the rule
+/// of the planner that decided.
+#[test]
+fn the_page_holds_in_every_state() {
+    if suites::is_left_out("page in a browser") {
+        return;
+    }
+    let (chromium, playwright, shots) = (chromium(), playwright(), shots());
+    let flights: [(&str, &[&str]); 6] = [
+        ("hopper", &["--scenario", "hard", "--seed", "3"]),
+        ("expedition", &["--scenario", "expedition"]),
+        ("large", &["--scenario", "vast", "--planner", "greedy"]),
+        ("coverage", &["--scenario", "coverage"]),
+        ("rover", &["--scenario", "rover-helicopter", "--seed", "3"]),
+        ("scout", &["--scenario", "hopper-scout"]),
+    ];
+    let mut missions = Vec::new();
+    for (name, words) in flights {
+        let mission = Mission::new(&format!("state-{name}"));
+        let flown = mission.fly(&[&["--lockstep"], words].concat());
+        assert!(mission.path("out/journal").exists(), "{name}: {}", harness::stderr(&flown));
+        missions.push((name, "out", mission));
+    }
+    let interrupted = Mission::new("state-interrupted");
+    let (mut run, _) = page_of(&interrupted, &["--seed", "8", "--pace", "2"]);
+    run.await_log("hop 2,");
+    run.signal(Signal::INT);
+    assert_eq!(run.code(), 130, "{}", run.log());
+    missions.push(("interrupted", ".", interrupted));
+    let views: Vec<_> = missions
+        .iter()
+        .map(|(name, what, mission)| {
+            let (view, url) = past_page_of(mission, what);
+            (view, format!("{name}={url}"))
+        })
+        .collect();
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/web/states.mjs");
+    let mut look = Command::new("node");
+    look.arg(script).arg(playwright).arg(chromium).arg(&shots).args(views.iter().map(|(_, word)| word));
+    let seen = json(&look.output().unwrap());
+    assert_eq!(seen["failure"], serde_json::Value::Null, "{seen}");
+    assert_eq!(seen["errors"], serde_json::json!([]), "the console is clean");
+    assert_eq!(seen["violations"], serde_json::json!([]), "axe-core finds nothing");
+    let states = seen["states"].as_object().unwrap();
+    let texts = |state: &str, what: &str| -> Vec<String> {
+        let texts = states[state][what].as_array().unwrap();
+        texts.iter().map(|text| text.as_str().unwrap().to_owned()).collect()
+    };
+    for (name, state) in states {
+        assert_eq!(state["overflow"], 0, "{name}: nothing sticks out of the window");
+        assert_eq!(state["clipped"], serde_json::json!([]), "{name}");
+        assert!(state["map"].as_f64().unwrap() > 0.95, "{name}: the map is in sight: {}", state["map"]);
+        assert!(!state["text"].as_str().unwrap().contains("−0.00"), "{name}");
+        assert!(state["header"].as_f64().unwrap() < 150.0, "{name}: {}", state["header"]);
+        let why = &texts(name, "why")[0];
+        assert!(why.len() > 1, "{name}: {why}");
+    }
+    let named = |state: &str, key: &str| texts(state, "legend").iter().any(|text| text.contains(key));
+    for key in ["start", "goal", "hopper", "sensing range", "landed astray", "contours every"] {
+        assert!(named("light", key), "{key}: {}", states["light"]["legend"]);
+    }
+    assert!(!named("space-one", "sensing range") && named("space-one", "route"), "{}", states["space-one"]);
+    assert!(named("coverage", "obstacle") && named("large-map", "stuck"), "{}", states["coverage"]["legend"]);
+    assert!(named("expedition", "in the robot's colour"), "{}", states["expedition"]["legend"]);
+    // What each robot is and how far its own goal is; whose the figures are.
+    let bodies = ["driver", "helicopter", "hopper", "hopper", "helicopter", "rover"];
+    assert_eq!(texts("expedition", "shapes"), bodies);
+    let robots = texts("expedition", "robots");
+    assert!(robots[0].starts_with("0 rover rrt_star_ett") && robots[0].contains('★'), "{robots:?}");
+    assert!(robots[1].starts_with("1 helicopter") && !robots[1].contains('★'), "{robots:?}");
+    assert!(
+        texts("hopper-helicopter", "figures")[0].starts_with("hops0"),
+        "of robot 0: {}",
+        states["hopper-helicopter"]
+    );
+    assert!(
+        states["expedition"]["clock"].as_str().unwrap().ends_with("Sols"),
+        "{}",
+        states["expedition"]["clock"]
+    );
+    // By the planner that decided, of whatever robot; in space the panel follows.
+    assert!(
+        texts("large-map", "why")[1].starts_with("greedy looks one hop ahead"),
+        "{}",
+        states["large-map"]["why"]
+    );
+    assert!(texts("coverage", "why")[1].starts_with("cover_frontier"), "{}", states["coverage"]["why"]);
+    assert_eq!(states["large-map-back"]["number"], "hop 9");
+    assert_eq!(states["large-map"]["height"], states["large-map-back"]["height"], "the panel keeps its size");
+    assert_eq!(states["interrupted"]["status"], "interrupted");
+    for name in states.keys() {
+        assert_is_there(&shots, &[&format!("state-{name}")]);
+    }
 }
 
 /// P-WEB-LAYERS: Over uncertain ground the page shows the expected speed first; spread, visits and

@@ -21,7 +21,7 @@ const history = new MissionHistory();
 history.begin({ run: "1", robots: [{}], grid: { width: 100, height: 1 }, start: [0, 0], goals: [[99, 0]], layers: [] });
 
 /** A hop east that lands with so many treasures. */
-const row = (decision, treasures) => [decision, "intended", decision, 0, decision + 1, 0, 0, 1, decision, "underway", treasures, 0, "planner", "", 0, 0, 1, 1, 1, 1, 1, 1, 1];
+const row = (decision, treasures) => [decision, "intended", decision, 0, decision + 1, 0, 0, 1, decision, "underway", treasures, 0, "planner", "", 0, 0, 1, 1, 1, 1, 1, 1, 1, 1];
 const rows = (from, until, treasures) => Array.from({ length: until - from }, (_, n) => row(from + n, treasures(from + n)));
 
 // One treasure on cell 3, collected by hop 2, and one on cell 9 that lies there still.
@@ -45,7 +45,7 @@ assert.deepEqual(history.treasures(51), [[9, 0]], "where the others lay nobody t
 const aimed = (branch, x, y) => {
   const other = new MissionHistory();
   other.begin({ run: "2", robots: [{}], grid: { width: 9, height: 9 }, start: [4, 4], goals: [[8, 8]], layers: [] });
-  other.addHops({ rows: [[0, branch, 4, 4, x, y, 0, 1, 1, "underway", 0, 0, "planner", "", 0, 0, 1, 1, 1, 1, 1, 1, 1]], leaders: [] });
+  other.addHops({ rows: [[0, branch, 4, 4, x, y, 0, 1, 1, "underway", 0, 0, "planner", "", 0, 0, 1, 1, 1, 1, 1, 1, 1, 1]], leaders: [] });
   return other.hops[0].aim;
 };
 assert.deepEqual(aimed("intended", 5, 4), [1, 0]);
@@ -57,7 +57,7 @@ assert.equal(aimed("stayed", 4, 4), null);
 // Two robots in turn: where each stood, whose turn it was, and how often cells were entered.
 const team = new MissionHistory();
 team.begin({ run: "3", robots: [{}, {}], grid: { width: 9, height: 9 }, start: [0, 0], goals: [[8, 8]], layers: [] });
-const step = (decision, robot, from, to, term = 1) => [decision, "intended", ...from, ...to, 0, term, 1, "underway", 0, 0, "planner", "", 0, robot, 1, 1, 1, 1, 1, 1, 1];
+const step = (decision, robot, from, to, term = 1) => [decision, "intended", ...from, ...to, 0, term, 1, "underway", 0, 0, "planner", "", 0, robot, 1, 1, 1, 1, 1, 1, 1, 1];
 team.addHops({ rows: [step(0, 0, [0, 0], [1, 0]), step(1, 1, [5, 5], [5, 6]), step(2, 0, [1, 0], [0, 0])], leaders: [] });
 assert.deepEqual(team.poses(1).map(({ cell }) => cell), [[1, 0], [5, 5]]);
 assert.deepEqual(team.poses(3).map(({ cell }) => cell), [[0, 0], [5, 6]]);
@@ -73,3 +73,20 @@ assert.deepEqual([3, 4].map((at) => team.plannerOf(1, at)), ["cover_frontier", "
 assert.deepEqual(leaders.map((leader) => team.commands(leader, 5)), [3, 1, 1]);
 assert.deepEqual([team.decisionWord, team.robotPrefix(1), history.decisionWord, history.robotPrefix(0)], ["decision", "robot 1: ", "hop", ""]);
 assert.equal(team.visitsUntil(1)[0], 1, "looking back");
+
+// A stage that waited for a dead process names it.
+const waits = new MissionHistory();
+waits.begin({ run: "4", robots: [{}], grid: { width: 9, height: 9 }, start: [0, 0], goals: [[8, 8]], layers: [], stages: ["state", "sense", "map", "deliver", "plan", "command", "commit"] });
+const timed = (decision, stages) => [decision, "held", 0, 0, 0, 0, 0, 1, 1, "underway", 0, 0, "planner", "", 0, 0, 0, ...stages];
+waits.addHops({ rows: [timed(0, [1, 1, 1, 1, 1, 1, 1]), timed(1, [1, 900000, 1, 1, 1, 1, 1]), timed(2, [1, 1, 1, 1, 1200000, 1, 1]), timed(3, [1, 1, 1, 1, 800000, 1, 1])], leaders: [{ robot: 0, term: 1, from: 0, first: true, planner: "mdp", pid: 5 }, { robot: 0, term: 2, from: 2, first: false, planner: "greedy", pid: 9 }] });
+waits.marks.push({ decision: 1, change: "silent", role: "perception", pid: 7, planner: "" });
+assert.deepEqual(waits.hops.map((hop) => waits.blame(hop)?.text ?? null), [
+  null, "sense waited for perception (7), which fell silent", "plan waited until planner greedy (9) took command", null,
+]);
+
+// Simulated time: each robot has a clock, and the one that is behind acts.
+const clocks = new MissionHistory();
+clocks.begin({ run: "5", robots: [{}, {}], grid: { width: 9, height: 9 }, start: [0, 0], goals: [], layers: [] });
+const lasts = (decision, robot, seconds) => [decision, "intended", 0, 0, 1, 0, 0, 1, 1, "underway", 0, 0, "planner", "", 0, robot, seconds, 1, 1, 1, 1, 1, 1, 1];
+clocks.addHops({ rows: [lasts(0, 0, 10), lasts(1, 1, 4), lasts(2, 1, 4), lasts(3, 1, 4)], leaders: [] });
+assert.deepEqual([0, 1, 2, 3, 4].map((at) => clocks.timeAt(at)), [0, 0, 4, 8, 12]);

@@ -87,12 +87,17 @@ try {
   seen.help = await page.locator("#help").isVisible();
 
   // A stand-by is told to take over.
+  seen.standby = await page.locator("#peers tbody tr", { has: page.locator("button") }).locator("td:nth-child(2)").innerText();
   await page.click("#peers button:not(:disabled)");
+  await until(() => document.getElementById("answer").textContent.includes("takes command"));
+  seen.answer = await text("#answer");
   await page.selectOption("#tempo", "20");
   await page.keyboard.press("k");
   await until(() => document.querySelectorAll("#leaders tbody tr").length === 2);
   seen.leaders = await page.locator("#leaders tbody tr td:nth-child(2)").allInnerTexts();
   await until(() => document.getElementById("events").textContent.includes("takes command"));
+  await until(() => document.getElementById("why-note").textContent.startsWith("greedy"));
+  seen.rule = await text("#why-note");
   await shot("swapped");
 
   // Back in time by keyboard, and to the present again.

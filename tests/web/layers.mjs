@@ -42,7 +42,7 @@ try {
   await page.goto(url);
   await page.waitForFunction(() => Number(document.getElementById("moment").max) >= 20);
   await page.waitForFunction(() => document.querySelectorAll("#robots tbody tr").length === 2);
-  await page.waitForFunction(() => !document.querySelector(".route-key").hidden);
+  await page.waitForFunction(() => !document.querySelector("[data-key=routes]").hidden);
   await settled();
   seen.layers = await page.locator("#layer option").allInnerTexts();
   const figure = (name) => page.locator("#figures div", { hasText: name }).locator("dd").innerText();

@@ -19,7 +19,7 @@ try {
   await page.waitForTimeout(500);
   seen.robots = await page.locator("#robots tbody tr td:nth-child(3)").allInnerTexts();
   seen.badges = await page.evaluate(() => new Set([...document.querySelectorAll("#robots .badge")].map((badge) => badge.style.background)).size);
-  seen.why = await page.locator("#why").isVisible();
+  seen.why = await page.locator("#why p").innerText();
   await page.screenshot({ path: join(folder, "team.png") });
   await accessible("several robots");
   await page.setViewportSize({ width: 400, height: 860 });

@@ -24,7 +24,7 @@ try {
   await page.goto(url);
   await page.waitForFunction(() => document.getElementById("status").textContent !== "connecting");
   await page.waitForFunction(() => Number(document.getElementById("moment").max) >= 3);
-  seen.legend = await page.evaluate(() => [...document.querySelectorAll(".way-key")].map((key) => [key.innerText.trim(), !key.hidden]));
+  seen.legend = await page.evaluate(() => [...document.querySelectorAll("[data-key=ways]")].map((key) => [key.innerText.trim(), !key.hidden]));
   // What the panel says of each of the first hops, and what the readout said while each was in flight.
   await page.evaluate(() => {
     window.readouts = [];

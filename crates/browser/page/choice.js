@@ -2,6 +2,9 @@
 
 const PACE = "2";
 
+/** The parts of a link. */
+const PARTS = ["scenario", "seed", "profile", "dynamics", "planner", "hop", "pace", "dem"];
+
 const hexadecimal = (bytes) => [...bytes].map((byte) => byte.toString(16).padStart(2, "0")).join("");
 
 function make(tag, properties = {}, ...children) {
@@ -28,7 +31,9 @@ export class Choice {
   constructor({ ask, leaders }) {
     this.ask = ask;
     this.leaders = leaders;
+    /** The file of the elevation model on the page, and the scenario that was chosen when it came. */
     this.ground = null;
+    this.groundFor = null;
     const select = (name) => make("select", { name });
     this.scenario = select("scenario");
     this.profile = select("profile");
@@ -71,7 +76,8 @@ export class Choice {
   /** Fills the form and flies what the link says. */
   async begin() {
     const { scenarios, profiles, dynamics } = await this.ask("choices");
-    this.needsGround = new Set(scenarios.filter((one) => one.needs_ground).map(({ name }) => name));
+    this.needsGround = new Map(scenarios.filter(({ ground }) => ground).map(({ name, ground }) => [name, ground]));
+    this.names = { profile: profiles, dynamics };
     this.scenario.replaceChildren(...scenarios.map(({ name, is }) => make("option", { value: name, textContent: name, title: is })));
     for (const [field, names] of [[this.profile, profiles], [this.dynamics, dynamics]]) {
       field.replaceChildren(make("option", { value: "", textContent: "as the scenario says" }), ...names.map((name) => make("option", { value: name, textContent: name })));
@@ -81,27 +87,49 @@ export class Choice {
 
   async fromLink() {
     const link = new URLSearchParams(location.hash.slice(1));
-    const known = [...this.scenario.options].some(({ value }) => value === link.get("scenario"));
-    if (link.get("scenario") && !known && link.get("scenario") !== "elevation model") this.tell(`there is no scenario ${link.get("scenario")}`);
-    if (known) this.scenario.value = link.get("scenario");
+    const wrong = [];
+    // What a part of the link says if it is possible; what is wrong with it is told.
+    const part = (name, otherwise, isPossible, need) => {
+      const got = link.get(name);
+      if (got === null || isPossible(got)) return got ?? otherwise;
+      wrong.push(`${name} needs to be ${need}, got ${got}`);
+      return otherwise;
+    };
+    const isNumber = (text) => /^\d{1,15}$/.test(text);
+    for (const name of link.keys()) if (!PARTS.includes(name)) wrong.push(`a link has no part ${name}`);
+    const scenarios = [...this.scenario.options].map(({ value }) => value);
+    const scenario = part("scenario", this.scenario.value, (text) => text === "elevation model" || scenarios.includes(text), `one of ${scenarios.join(", ")}`);
+    if (scenarios.includes(scenario)) this.scenario.value = scenario;
     for (const field of [this.profile, this.dynamics]) {
-      field.value = link.get(field.name) ?? "";
-      if (field.selectedIndex < 0) field.value = "";
+      const names = this.names[field.name];
+      field.value = part(field.name, "", (text) => names.includes(text), `one of ${names.join(", ")}`);
     }
-    this.seed.value = link.get("seed") ?? "1";
-    const hop = Number.parseInt(link.get("hop"), 10);
+    this.seed.value = part("seed", "1", isNumber, "a number");
+    const hop = part("hop", null, isNumber, "a number");
     const missing = link.get("dem") && !this.ground ? link.get("dem") : null;
-    await this.fly(turnovers(link.get("planner") ?? ""), hop >= 0 ? hop : null, link.get("pace"));
-    if (missing) this.tell(`this link is of the elevation model ${missing}: drop that file on the page`);
+    const asked = turnovers(link.get("planner") ?? "");
+    const flown = await this.fly(asked, hop === null ? null : Number(hop), link.get("pace"));
+    if (flown !== null && asked.length + (link.get("pace") ? 1 : 0) > 0 && !missing) {
+      // Its planners or its pace are not possible: better the mission without them than none.
+      wrong.push(flown);
+      await this.fly([], hop === null ? null : Number(hop));
+    }
+    if (missing) wrong.push(`this link is of the elevation model ${missing}: drop that file on the page`);
+    if (wrong.length > 0) this.tell(`the link is wrong: ${wrong.join("; ")}`.replace(/^the link is wrong: (this link is of)/, "$1"));
   }
 
-  /** Flies what the form says from the start. */
+  /** Flies what the form says from the start. Why it cannot, or null. */
   async fly(turnovers = null, hop = null, pace = null) {
+    const refuse = (text) => { this.tell(text); return text; };
     const own = this.scenario.value === "elevation model";
     const over = own || this.needsGround.has(this.scenario.value);
     if (over && !this.ground) {
-      this.tell(`${this.scenario.value} needs an elevation model: drop a GeoTIFF or an ESRI ASCII grid on the page`);
-      return;
+      const file = this.needsGround.get(this.scenario.value);
+      return refuse(`${this.scenario.value} needs an elevation model: drop ${file ? `${file}, or another ` : "a "}GeoTIFF or ESRI ASCII grid on the page`);
+    }
+    const made = this.needsGround.get(this.scenario.value);
+    if (made && this.ground !== made && this.groundFor !== this.scenario.value) {
+      return refuse(`${this.scenario.value} is made for the elevation model ${made}, and the page has ${this.ground}: drop that file, or choose scenario "elevation model" again`);
     }
     const started = turnovers ?? (this.planner.value && !over ? [{ from: 0, planner: this.planner.value }] : []);
     const request = {
@@ -121,12 +149,21 @@ export class Choice {
       }
       this.tell(begun.warnings.join("; "));
       const chosen = started.at(-1)?.planner;
-      this.planner.replaceChildren(...begun.planners.map((name) => make("option", { value: name, textContent: name })));
+      const isKept = begun.planners.length === 0;
+      this.planner.replaceChildren(...(isKept ? [make("option", { value: "", textContent: "as the scenario says" })] : begun.planners.map((name) => make("option", { value: name, textContent: name }))));
+      this.planner.disabled = isKept;
+      this.planner.title = isKept ? "Robots of different kinds keep the planners that their scenario names" : "";
       if (begun.planners.includes(chosen)) this.planner.value = chosen;
       this.remember(started.map(({ planner, from }) => ({ planner, from })), hop);
+      return null;
     } catch (error) {
-      this.tell(error.message);
+      return refuse(error.message);
     }
+  }
+
+  /** Shows who is in command. */
+  follow({ planner }) {
+    if (document.activeElement !== this.planner && [...this.planner.options].some(({ value }) => value === planner)) this.planner.value = planner;
   }
 
   /** Another planner takes command, from the next decision on that nobody has commanded yet. */
@@ -143,6 +180,7 @@ export class Choice {
   async take(file) {
     await this.ask("ground", { bytes: await file.arrayBuffer() });
     this.ground = file.name;
+    this.groundFor = this.scenario.value;
     if (!this.needsGround.has(this.scenario.value)) {
       if (![...this.scenario.options].some(({ value }) => value === "elevation model")) {
         this.scenario.append(make("option", { value: "elevation model", textContent: "elevation model" }));

@@ -56,7 +56,10 @@ const TAKES = {
         leaders.length = 0;
         if (streams["/policy"]) ask("follow", { wanted: true }).catch(() => {});
       }
-      if (event === "hops") leaders.push(...JSON.parse(data).leaders);
+      if (event === "hops") {
+        leaders.push(...JSON.parse(data).leaders);
+        if (leaders.length > 0) choice.follow(leaders.at(-1));
+      }
       streams[event === "policy" ? "/policy" : "/events"]?.dispatchEvent(new MessageEvent(event, { data }));
     }
   },

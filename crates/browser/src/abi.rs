@@ -99,13 +99,17 @@ extern "C" fn ground() -> i32 {
     })
 }
 
-/// Names and first sentences of the built-in scenarios, and the profiles.
+/// Names and first sentences of the built-in scenarios with the elevation models that they need, and the profiles.
 #[unsafe(no_mangle)]
 extern "C" fn choices() -> i32 {
     answer(|_| {
-        let scenarios = scenario::BUILT_IN.map(|(name, text)| {
-            json!({ "name": name, "is": scenario::description(text), "needs_ground": text.contains("elevation_file") })
-        });
+        let ground = |text: &str| {
+            let after = text.split_once("elevation_file]")?.1.split_once("file = \"")?.1;
+            Some(after.split_once('"')?.0.to_owned())
+        };
+        let scenarios = scenario::BUILT_IN.map(
+            |(name, text)| json!({ "name": name, "is": scenario::description(text), "ground": ground(text) }),
+        );
         let profiles = contract::Profile::ALL.map(|profile| profile.to_string());
         let dynamics: Vec<_> = contract::MotionModel::ALL.iter().map(ToString::to_string).collect();
         Ok(json!({ "scenarios": scenarios, "profiles": profiles, "dynamics": dynamics }).to_string())

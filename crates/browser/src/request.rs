@@ -46,7 +46,7 @@ pub(crate) struct Wanted {
     pub mission: Mission,
     pub schedule: PlannerSchedule,
     pub pace: Pace,
-    /// Algorithms that may command.
+    /// Algorithms that may take command, each once; none where every robot keeps its planner.
     pub suited: Vec<&'static str>,
     /// What the scenario's author should know.
     pub warnings: Vec<String>,
@@ -66,9 +66,14 @@ impl Request {
         let run = self.run.as_deref().map_or(Ok(1), |run| u128::from_str_radix(run, 16));
         let run = RunId(run.map_err(|_| "a run needs to be 32 hexadecimal digits".to_owned())?);
         let schedule = self.schedule(&world)?;
-        let robots = world.brief.robots.iter();
-        let mut suited: Vec<&str> = robots.flat_map(|robot| planner::suited(&world.brief, robot)).collect();
-        suited.dedup();
+        let mut suited = Vec::new();
+        if !world.brief.has_routes() {
+            for name in world.brief.robots.iter().flat_map(|robot| planner::suited(&world.brief, robot)) {
+                if !suited.contains(&name) {
+                    suited.push(name);
+                }
+            }
+        }
         let warnings = world.warnings.iter().map(ToString::to_string).collect();
         let brief = Brief { run, ..world.brief.clone() };
         let mission = Mission { brief, ..Mission::of(&world, self.seed) };

@@ -141,9 +141,11 @@ impl Session {
     /// # Errors
     /// If no planner of this name suits the mission.
     pub fn hand_over(&mut self, planner: &str) -> Result<(), String> {
-        let scouted = self.flight.arbiter().mission().brief.has_routes();
-        if scouted || !self.suited.contains(&planner) {
-            let need = if scouted { "none".into() } else { self.suited.join(", ") };
+        if self.suited.is_empty() {
+            return Err("robots of this mission keep the planners that its scenario names".into());
+        }
+        if !self.suited.contains(&planner) {
+            let need = self.suited.join(", ");
             return Err(format!("a planner that takes over needs to be one of {need}, got {planner:?}"));
         }
         let name: Name = planner.parse().map_err(|error| format!("{error}"))?;

@@ -1,8 +1,8 @@
 //! Frames for the page: small pieces of the history, each a named event with JSON data.
 
 use contract::{
-    Account, Action, Brief, Cell, Decision, Grid, MonotonicNs, MotionModel, Policy, Robot, RobotId, Stage,
-    Vetoed, Waypoint,
+    Account, Action, Brief, Cell, Decision, Grid, MonotonicNs, MotionModel, Policy, Robot, RobotId, Role,
+    Stage, Vetoed, Waypoint,
 };
 use report::way::{self, Stretch};
 use serde::Serialize;
@@ -68,8 +68,8 @@ impl Cursor {
 }
 
 /// One hop as a row: decision, branch, from x and y, to x and y, height, term, steps, status, treasures, visits,
-/// origin, letters of vetoed actions, time of the landing before it in milliseconds, robot, then seven stages in
-/// microseconds.
+/// origin, letters of vetoed actions, time of the landing before it in milliseconds, robot, how long it lasted in
+/// seconds of simulated time, then seven stages in microseconds.
 type Row = Vec<Value>;
 
 #[derive(Serialize)]
@@ -83,6 +83,8 @@ struct PeerRow<'a> {
     alive: bool,
     /// The robots that it commands.
     leads: Vec<RobotId>,
+    /// Of a planner the robots that it can plan for.
+    plans: Vec<RobotId>,
 }
 
 impl History {
@@ -140,6 +142,7 @@ impl History {
             return None;
         }
         cursor.status = *number;
+        let robots = self.brief().map_or(0, |brief| brief.robots.len() as u16);
         let peers = self.peers.peers();
         let peers = peers.iter().map(|peer| PeerRow {
             role: peer.beat.role.as_str(),
@@ -150,6 +153,10 @@ impl History {
             silent_ms: now.since_ns(peer.heard) / 1_000_000,
             alive: !peer.silent,
             leads: self.led_by(peer.beat.incarnation),
+            plans: (0..robots)
+                .map(RobotId)
+                .filter(|robot| peer.beat.role == Role::Planner && peer.beat.robots.has(*robot))
+                .collect(),
         });
         let treasures: &[Cell] = self.seen_cells().map_or(&[], SeenCells::treasures);
         let pacing = self.pacing.map(
@@ -240,6 +247,7 @@ fn hops(hops: &Hops, cursor: &mut Cursor) -> Option<Frame> {
             json!(letters(hop.vetoed)),
             rounded(hop.landed.0 as f64 / 1e6, 1.0),
             json!(hop.robot),
+            rounded(hop.lasts_s, 1e3),
         ];
         row.extend(hop.stages_ns.map(|ns| rounded(ns as f64 / 1e3, 10.0)));
         rows.push(row);

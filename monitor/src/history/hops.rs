@@ -24,6 +24,8 @@ pub struct Hop {
     pub to: Cell,
     /// Height of the landing above the datum, metres.
     pub height_m: f64,
+    /// How long the action lasted, seconds of simulated time; 0 for one that held or waited.
+    pub lasts_s: f64,
     /// Term in which it was commanded.
     pub term: Term,
     /// Steps after it, in the papers' count.
@@ -153,6 +155,7 @@ impl Hops {
             from: outcome.from,
             to: outcome.to,
             height_m: executed.pose.height_m,
+            lasts_s: outcome.flight.flight_time_s * f64::from(outcome.flight.flights),
             term: leader.term,
             steps: executed.steps,
             status: executed.status,

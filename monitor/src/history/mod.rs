@@ -16,8 +16,8 @@ mod speeds;
 
 use contract::{
     Brief, Cell, Collected, Decision, DetailPage, DetailRequest, Heartbeat, Incarnation, MapPage, MapPatch,
-    MapRequest, MissingPeer, MonotonicNs, ObservedMap, Pacing, PastPage, Policy, PriorPage, PriorRequest,
-    RobotId, Role, RoutePage, RouteRequest, State, Team,
+    MapRequest, MissingPeer, MonotonicNs, Name, ObservedMap, Pacing, PastPage, Policy, PriorPage,
+    PriorRequest, RobotId, Role, RoutePage, RouteRequest, State, Team,
 };
 use follow::{Link, PastFollower, Replica};
 use report::layers::Value;
@@ -412,6 +412,14 @@ impl RunHistory {
             details,
             speeds,
         }
+    }
+
+    /// Who commands `robot` at decision `at`; `None` if that is not known.
+    fn planner_of(&self, robot: RobotId, at: Decision) -> Option<Name> {
+        let mut changes = self.hops.leader_changes().rev();
+        let led = changes.find(|change| change.robot == robot && change.from <= at);
+        let state = self.state.as_ref().filter(|state| state.robot == robot && state.decision <= at);
+        state.map(|state| state.leader.planner).or(led.map(|change| change.planner))
     }
 
     fn decision(&self) -> Decision {

@@ -25,7 +25,8 @@ pub struct Reason {
     pub cell: Cell,
     /// Its ground; `None` if nobody has seen it, which planners assume flat.
     pub ground: Option<Ground>,
-    /// The policy that the values are taken from: its planner, the decision it was made for, and its action here.
+    /// The policy that the values are taken from, of the planner that decided: its name, the decision it was made for, and its
+    /// action here.
     pub policy: Option<(Name, Decision, Action)>,
     /// What the guard vetoed here at the decision that is due; empty elsewhere.
     pub vetoed: Vetoed,
@@ -73,7 +74,8 @@ impl History {
         let map = run.replica.map()?;
         let before = at.0.checked_sub(1).and_then(|before| run.hops.get(Decision(before)));
         let leg = run.brief.leg_of(RobotId(0), before.map_or(0, |hop| hop.visits))?;
-        Some(Surroundings::new(run, &leg, map).reason(cell, run))
+        let planner = run.planner_of(RobotId(0), at);
+        Some(Surroundings::new(run, &leg, map, planner).reason(cell, run))
     }
 }
 
@@ -87,8 +89,10 @@ struct Surroundings<'a> {
 }
 
 impl<'a> Surroundings<'a> {
-    fn new(run: &'a RunHistory, leg: &'a Leg, map: &'a ObservedMap) -> Self {
-        let fits = |policy: &&Policy| policy.cells.len() == leg.grid.cells();
+    fn new(run: &'a RunHistory, leg: &'a Leg, map: &'a ObservedMap, planner: Option<Name>) -> Self {
+        let fits = |policy: &&Policy| {
+            policy.cells.len() == leg.grid.cells() && planner.is_none_or(|planner| policy.planner == planner)
+        };
         Self {
             leg,
             map,

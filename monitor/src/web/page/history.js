@@ -10,6 +10,13 @@ const HOPS_KEPT = 65536;
 /** Ways of hops that are kept, as by the monitor. */
 const WAYS_KEPT = 16384;
 
+/** The process that each stage waits for, and how long a stage lasts at least that has waited for a dead one, microseconds. */
+const WAITS_FOR = { sense: "perception", map: "perception", deliver: "planner", plan: "planner", command: "planner", commit: "hopper-sim", state: "hopper-sim" };
+const BLAME_US = 200_000;
+
+/** The shortest action of one of several robots, as hopper-sim has it, seconds. */
+const ACTION_MIN_S = 1;
+
 const STRAY = new Set(["stayed", "left", "right", "elsewhere", "rolled_away"]);
 
 /** Where a hop was aimed, in cells from its departure, by where it landed; null if it stayed or held. */
@@ -22,12 +29,12 @@ function aim(branch, dx, dy) {
 
 /** One hop out of its row. */
 function hop(row) {
-  const [decision, branch, fromX, fromY, toX, toY, heightM, term, steps, status, treasures, visits, origin, vetoed, landedMs, robot] = row;
-  const stages = row.slice(16);
+  const [decision, branch, fromX, fromY, toX, toY, heightM, term, steps, status, treasures, visits, origin, vetoed, landedMs, robot, lastsS] = row;
+  const stages = row.slice(17);
   const totalUs = stages.reduce((sum, us) => sum + us, 0);
   return {
     decision, branch, from: [fromX, fromY], to: [toX, toY], heightM, term, steps, status, treasures, visits, origin, vetoed, landedMs,
-    robot, stages, totalUs, stray: STRAY.has(branch), aim: aim(branch, toX - fromX, toY - fromY),
+    robot, lastsS, stages, totalUs, stray: STRAY.has(branch), aim: aim(branch, toX - fromX, toY - fromY),
   };
 }
 
@@ -57,6 +64,8 @@ export class MissionHistory {
     this.heights = new Float32Array(cells);
     this.flags = new Uint8Array(cells);
     this.seenAt = new Uint32Array(cells).fill(UNSEEN);
+    /** Whether some seen cell is impassable. */
+    this.hasBlocked = false;
     /** What was observed of each cell's speed: 0 nothing, 1 to 4 a speed, 5 to 8 a reading. */
     this.observed = mission.speeds ? new Uint8Array(cells) : null;
     /** What each layer with values of seen ground shows of each cell. */
@@ -68,6 +77,7 @@ export class MissionHistory {
     this.routes = [];
     this.fresh = null;
     this.counted = null;
+    this.timed = null;
     this.seen = 0;
     this.low = Infinity;
     this.high = -Infinity;
@@ -203,6 +213,7 @@ export class MissionHistory {
       if (this.seenAt[index] === UNSEEN) this.seen += 1;
       this.seenAt[index] = date;
       this.flags[index] = h[n] & 3;
+      this.hasBlocked ||= (h[n] & 2) > 0;
       if (v && this.observed) this.observed[index] = v[n];
       values.forEach((column, place) => { this.values[place][index] = column[n]; });
       const heightM = Math.floor(h[n] / 4) / 1e3;
@@ -234,6 +245,12 @@ export class MissionHistory {
     return this.hops[at - this.first - 1] ?? null;
   }
 
+  /** The last hops before a moment, `most` at most. */
+  hopsUntil(at, most = Infinity) {
+    const until = Math.min(Math.max(at - this.first, 0), this.hops.length);
+    return this.hops.slice(Math.max(until - most, 0), until);
+  }
+
   /** Number of robots of the mission. */
   get robots() {
     return this.mission?.robots.length ?? 1;
@@ -259,6 +276,26 @@ export class MissionHistory {
       const acts = this.hops.some((hop) => hop.robot === robot && hop.decision >= at);
       return { cell, rest, standing: acts ? "active" : (member?.standing ?? "active") };
     });
+  }
+
+  /** Simulated time at a moment, seconds since the start: when the robot whose turn it is acts. At the end of the mission, the end of
+   * the last action. */
+  timeAt(at) {
+    const members = this.status?.progress?.robots ?? [];
+    if (at >= this.due && members.length > 0) {
+      const due = this.turn(at);
+      return (due < 0 ? Math.max(...members.map(({ ready_at_ns: readyNs }) => readyNs)) : members[due].ready_at_ns) / 1e9;
+    }
+    // Robots act in the order of their clocks; one that has waited goes on when another acts.
+    const known = this.timed;
+    if (!known || known.first !== this.first) this.timed = { first: this.first, starts: [], clocks: [] };
+    const { starts, clocks } = this.timed;
+    for (let n = starts.length; n < this.hops.length; n += 1) {
+      const { robot, lastsS } = this.hops[n];
+      starts.push(Math.max(clocks[robot] ?? 0, starts[n - 1] ?? 0));
+      clocks[robot] = starts[n] + (this.robots > 1 && lastsS > 0 ? Math.max(lastsS, ACTION_MIN_S) : lastsS);
+    }
+    return starts[at - this.first] ?? clocks.reduce((latest, clock) => Math.max(latest, clock ?? 0), 0);
   }
 
   /** Whose turn it is at a moment: of the active robots that wait for no other the one with the least clock and number. */
@@ -379,12 +416,34 @@ export class MissionHistory {
     return leader?.planner ?? this.status?.progress?.robots?.[robot]?.leader?.planner ?? null;
   }
 
+  /** The planner that chose a hop. */
+  plannerThatChose({ robot, term }) {
+    return this.leaders.find((leader) => leader.robot === robot && leader.term === term)?.planner ?? null;
+  }
+
   /** How many decisions a leader took in its term until a moment, of those that are known. */
   commands({ robot, from }, at) {
     const next = this.leaders.find((one) => one.robot === robot && one.from > from)?.from ?? this.due;
     const until = Math.min(next, at);
     if (this.robots === 1) return Math.max(until - from, 0);
     return this.hops.filter((hop) => hop.robot === robot && hop.decision >= from && hop.decision < until).length;
+  }
+
+  /** The stage of a hop that waited for a process which was dead, and for which; null if none did. */
+  blame({ decision, robot, stages, totalUs }) {
+    const longest = stages.reduce((most, us, n) => (us > stages[most] ? n : most), 0);
+    if (stages[longest] < BLAME_US || stages[longest] < totalUs / 2) return null;
+    const stage = this.mission.stages[longest];
+    const role = WAITS_FOR[stage];
+    // It fell silent, or another took its place before it could.
+    const isOfRole = (mark) => mark.decision === decision && mark.role === role;
+    const took = this.leaders.find((leader) => leader.robot === robot && leader.from === decision && !leader.first);
+    const gone = this.marks.find((mark) => isOfRole(mark) && mark.change === "silent");
+    const name = (mark) => `${mark.planner ? `${mark.role} ${mark.planner}` : mark.role} (${mark.pid})`;
+    if (gone) return { stage, text: `${stage} waited for ${name(gone)}, which fell silent` };
+    const come = decision > 0 && this.marks.find((mark) => isOfRole(mark) && mark.change !== "silent");
+    if (role === "planner" && took) return { stage, text: `${stage} waited until planner ${took.planner} (${took.pid || "–"}) took command` };
+    return come && role !== "planner" ? { stage, text: `${stage} waited until ${name(come)} was there` } : null;
   }
 
   /** What a decision is called: robots of a team do not all hop. */

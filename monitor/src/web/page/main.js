@@ -2,9 +2,9 @@
 
 import { MissionHistory } from "./history.js";
 import { drawBar, drawHistogram, drawHistory, drawLine } from "./charts.js";
-import { MapView, ROBOTS, drawRamp } from "./map.js";
-import { GROUND } from "./palette.js";
-import { duration } from "./scale.js";
+import { MapView, drawRamp } from "./map.js";
+import { GROUND, robotColour } from "./palette.js";
+import { duration, fixed, missionTime } from "./scale.js";
 import { SpaceView } from "./space.js";
 import { ACTIONS, STALE_HOPS, WhyView } from "./why.js";
 import * as theme from "./theme.js";
@@ -157,9 +157,33 @@ function chooseLayers(known) {
   by("layer-choice").hidden = layers.length < 2;
   const isKept = known && layers.some(({ name }) => name === map.options.layer);
   showLayer(isKept ? map.shown() : layers.find(({ first }) => first));
-  const show = (name, shown) => document.querySelectorAll(name).forEach((key) => { key.hidden = !shown; });
-  show(".hopper-key", history.mission.hops);
-  show(".team-key", history.robots > 1);
+}
+
+/** What the legend names: what is drawn, and nothing else. */
+function showKeys(at) {
+  const { mission, robots } = history;
+  const [isTeam, isFlat, layer] = [robots > 1, !view.space, map.shown()];
+  const hopper = mission.robots.some(({ body }) => body === "hopper");
+  const hasRoute = !isTeam || mission.hops;
+  const near = isFlat && map.placed?.scale >= 4;
+  const { policy, values } = map.options;
+  const last = history.hopBefore(at);
+  const shown = {
+    sand: hopper && layer.look !== "scale",
+    blocked: layer.look !== "scale" && history.hasBlocked,
+    visits: isFlat && layer.look === "entries",
+    contours: isFlat && Boolean(map.lines) && history.high - history.low >= map.lines.stepM,
+    start: !isTeam, goal: !isTeam && mission.goals.length > 0, hopper: !isTeam,
+    owned: isTeam && mission.robots.some(({ goals }) => goals.length > 0), bodies: isTeam, turn: isFlat && isTeam && !history.isOver(at),
+    route: !isTeam, travelled: isTeam, stray: hopper && (hasRoute || !isFlat), crosses: hasRoute && near && map.route.crosses.length > 0, stuck: hasRoute && near && map.route.stuck.length > 0,
+    aim: isFlat && !isTeam && Boolean(last?.stray && history.aimOf(last)) && !history.isOver(at),
+    sensing: isFlat && mission.hops, expected: policy && Boolean(map.policyAt(at)), policy: isFlat && policy && Boolean(map.policyAt(at)),
+    treasure: isFlat && mission.hops && history.treasures(at).length > 0, collected: isFlat && mission.hops && history.collections.some(({ decision }) => decision < at),
+    ways: history.ways.size > 0, routes: isFlat && history.routes.length > 0, sight: isFlat && mission.robots.some((_, robot) => history.viewCells(robot) !== null),
+  };
+  for (const key of document.querySelectorAll("[data-key]")) key.hidden = !shown[key.dataset.key];
+  put("blocked-name", mission.hops || mission.speeds ? "impassable" : "obstacle");
+  if (map.lines) put("contour-step", `${map.lines.stepM}`);
 }
 
 function showLayer(layer) {
@@ -167,8 +191,6 @@ function showLayer(layer) {
   by("layer").value = layer.name;
   drawRamp(by("ramp"), layer.ramp ?? GROUND);
   put("unit", layer.legend);
-  by("visits-key").hidden = layer.look !== "entries";
-  by("sand-key").hidden = !history.mission.hops;
   view.dirty = true;
 }
 
@@ -179,37 +201,35 @@ function nextLayer() {
 
 // What stands beside the map.
 
-const FIGURES = ["hop", "step", "to goal", "seen", "height", "sensing", "stray", "treasures"];
-
+/** The figures of a hopper: names, values and units; of several robots those that are robot 0's also say so. */
 function figures(at) {
   const { mission, status } = history;
   const progress = status?.progress;
   const pose = history.pose(at);
-  const hop = history.hopBefore(at);
+  const hop = history.hopperHopBefore(at);
   const size = mission.grid.cell_size_m;
   const goal = history.goal(at);
   const distance = Math.hypot(pose.cell[0] - goal[0], pose.cell[1] - goal[1]) * size;
-  let stray = 0;
-  for (let n = 0; n < at - history.first && n < history.hops.length; n += 1) stray += history.hops[n].stray ? 1 : 0;
+  const hops = history.hopsUntil(at).filter(({ robot }) => robot === 0);
+  const stray = hops.filter((one) => one.stray).length;
   let seen = history.seen;
   if (!isLive()) {
     seen = 0;
     for (const first of history.seenAt) seen += first <= at ? 1 : 0;
   }
   const share = (100 * seen) / (history.width * history.height);
+  const own = history.robots > 1 ? [0] : [];
   return [
-    [`${at}`, ""],
-    mission.hops_max === null ? [`${hop?.steps ?? 0}`, `/${mission.steps_max}`] : [`${history.visits(at)}`, "goals"],
-    [distance.toFixed(1), "m"],
-    [share < 9.95 ? share.toFixed(1) : share.toFixed(0), "%"],
-    [pose.heightM.toFixed(2), "m"],
-    [(history.radiusCells(pose.heightM) * size).toFixed(1), "m"],
-    [`${stray + (isLive() && progress ? Math.max(progress.stray_hops - stray, 0) : 0)}`, ""],
-    [`${hop?.treasures ?? 0}`, ""],
+    ["hops", `${history.robots > 1 ? hops.length : at}`, "", own],
+    mission.hops_max === null ? ["step", `${hop?.steps ?? 0}`, `/${mission.steps_max}`, own] : ["visited", `${history.visits(at)}`, "goals", own],
+    ["to goal", distance.toFixed(1), "m", own],
+    ["seen", share < 9.95 ? share.toFixed(1) : share.toFixed(0), "%"],
+    ["height", fixed(pose.heightM, 2), "m", own],
+    ["sensing", (history.radiusCells(pose.heightM) * size).toFixed(1), "m", own],
+    ["stray", `${stray + (isLive() && progress ? Math.max(progress.stray_hops - stray, 0) : 0)}`, "", own],
+    ["treasures", `${hop?.treasures ?? 0}`, "", own],
   ];
 }
-
-const TEAM_FIGURES = ["decision", "step", "covered", "seen", "visits", "again", "active", "turn"];
 
 /** The figures of robots that cover ground. */
 function teamFigures(at) {
@@ -223,13 +243,17 @@ function teamFigures(at) {
   const active = history.poses(at).filter(({ standing }) => standing === "active").length;
   const due = history.turn(at);
   return [
-    [`${at}`, ""], [`${history.hopBefore(at)?.steps ?? 0}`, `/${history.mission.steps_max}`], [`${covered}`, "cells"], [share.toFixed(0), "%"],
-    [`${entered}`, ""], [entered ? ((100 * (entered - covered)) / entered).toFixed(0) : "0", "%"],
-    [`${active}`, `/${history.robots}`], [due < 0 ? "–" : `robot ${due}`, ""],
+    ["decisions", `${at}`, ""], ["step", `${history.hopBefore(at)?.steps ?? 0}`, `/${history.mission.steps_max}`], ["covered", `${covered}`, "cells"], ["seen", share.toFixed(0), "%"],
+    ["visits", `${entered}`, ""], ["again", entered ? ((100 * (entered - covered)) / entered).toFixed(0) : "0", "%"],
+    ["active", `${active}`, `/${history.robots}`], ["turn", due < 0 ? "–" : `robot ${due}`, "", due < 0 ? [] : [due]],
   ];
 }
 
-const DRIVE_FIGURES = ["decision", "to goal", "driven", "flown", "seen", "routes", "active", "turn"];
+/** How far a robot is from its last goal at its cell, metres; null without a goal or a cell. */
+function toGoalM(robot, cell) {
+  const goal = history.mission.robots[robot]?.goals.at(-1);
+  return goal && cell ? history.mission.grid.cell_size_m * Math.hypot(goal[0] - cell[0] - 0.5, goal[1] - cell[1] - 0.5) : null;
+}
 
 /** The figures of robots on uncertain ground: `to goal` is of the first that drives. */
 function driveFigures(at) {
@@ -240,16 +264,26 @@ function driveFigures(at) {
     const { body } = robots[robot];
     if (body in moved) moved[body] += Math.hypot(to[0] - from[0], to[1] - from[1]) * size;
   }
-  const driver = robots.findIndex(({ body }) => body === "driver");
-  const goal = robots[driver]?.goals[0];
-  const cell = history.poses(at)[driver]?.cell;
-  const toGoal = goal && cell ? (size * Math.hypot(goal[0] - cell[0] - 0.5, goal[1] - cell[1] - 0.5)).toFixed(0) : "–";
-  const ofTeam = teamFigures(at);
-  const byName = Object.fromEntries(TEAM_FIGURES.map((name, n) => [name, ofTeam[n]]));
+  const all = (wanted) => robots.flatMap(({ body }, robot) => (body === wanted ? [robot] : []));
+  const driver = all("driver").slice(0, 1);
+  const toGoal = toGoalM(driver[0], history.poses(at)[driver[0]]?.cell);
+  const byName = Object.fromEntries(teamFigures(at).map((figure) => [figure[0], figure]));
   return [
-    byName.decision, [toGoal, "m"], [moved.driver.toFixed(0), "m"], [moved.helicopter.toFixed(0), "m"], byName.seen,
-    [`${history.routes.filter(({ decision }) => decision < at).length}`, ""], byName.active, byName.turn,
+    byName.decisions, ["to goal", toGoal?.toFixed(0) ?? "–", "m", driver], ["driven", moved.driver.toFixed(0), "m", all("driver")],
+    ["flown", moved.helicopter.toFixed(0), "m", all("helicopter")], byName.seen,
+    ["routes", `${history.routes.filter(({ decision }) => decision < at).length}`, ""], byName.active, byName.turn,
   ];
+}
+
+/** What people call a robot by its body. */
+const KINDS = { driver: "rover" };
+
+/** The number of a robot in its colour, and in the shape that it has on the map. */
+function badgeOf(robot) {
+  const { body } = history.mission.robots[robot];
+  const badge = make("i", { className: `badge ${body}`, textContent: robot });
+  badge.style.background = robotColour(robot);
+  return badge;
 }
 
 /** The robots, each with its colour and number. */
@@ -258,27 +292,38 @@ function showRobots(at) {
   by("robots-section").hidden = !isTeam;
   if (!isTeam) return;
   const due = history.turn(at);
-  const rows = history.poses(at).map(({ cell, standing }, robot) => [robot, history.plannerOf(robot, at) ?? "–", cell ? `(${cell.join(", ")})` : "–", robot === due ? "its turn" : standing.replace("_", " ")]);
+  const rows = history.poses(at).map(({ cell, standing }, robot) => {
+    const { body } = history.mission.robots[robot];
+    const toGoal = toGoalM(robot, cell);
+    return [robot, KINDS[body] ?? body, history.plannerOf(robot, at) ?? "–", cell ? `(${cell.join(", ")})` : "–", toGoal === null ? "" : `${toGoal.toFixed(0)} m`, robot === due ? "its turn" : standing.replace("_", " ")];
+  });
   const text = JSON.stringify(rows);
   if (TEXTS.get("robots") === text) return;
   TEXTS.set("robots", text);
-  by("robots").tBodies[0].replaceChildren(...rows.map(([robot, planner, cell, standing]) => {
-    const badge = make("i", { className: "badge", textContent: robot });
-    badge.style.background = ROBOTS[robot % ROBOTS.length];
-    return make("tr", { className: robot === due ? "chosen" : "" }, make("td", {}, badge), make("td", { textContent: planner }), make("td", { textContent: cell }), make("td", { textContent: standing }));
+  by("robots").tBodies[0].replaceChildren(...rows.map(([robot, kind, planner, cell, toGoal, standing]) => {
+    const goal = make("td", toGoal ? {} : { textContent: "–" });
+    if (toGoal) {
+      const star = make("i", { className: "star", textContent: "★" });
+      star.style.color = robotColour(robot);
+      goal.append(star, toGoal);
+    }
+    return make("tr", { className: robot === due ? "chosen" : "" }, make("td", {}, badgeOf(robot)), ...[kind, planner, cell].map((textContent) => make("td", { textContent })), goal, make("td", { textContent: standing }));
   }));
 }
 
 function showFigures(at) {
   const list = by("figures");
-  if (list.children.length === 0) {
-    const names = history.mission.speeds ? DRIVE_FIGURES : history.mission.hops ? FIGURES : TEAM_FIGURES;
-    list.append(...names.map((name) => make("div", {}, make("dt", { textContent: name }), make("dd", {}, make("span"), make("small")))));
-  }
-  const isTeam = !history.mission.hops;
-  if (!isTeam) list.children[1].firstChild.textContent = history.mission.hops_max === null ? "step" : "visited";
-  (history.mission.speeds ? driveFigures : isTeam ? teamFigures : figures)(at).forEach(([value, unit], n) => {
-    const [number, small] = list.children[n].lastChild.children;
+  const all = (history.mission.speeds ? driveFigures : history.mission.hops ? figures : teamFigures)(at);
+  // More robots than these have no room beside a name.
+  const robotsOf = (robots) => (robots.length > 3 ? [] : robots);
+  if (list.children.length === 0) list.append(...all.map(() => make("div", {}, make("dt"), make("dd", {}, make("span"), make("small")))));
+  all.forEach(([name, value, unit, robots = []], n) => {
+    const [term, fact] = list.children[n].children;
+    const [number, small] = fact.children;
+    if (term.dataset.figure !== `${name}:${robots}`) {
+      term.dataset.figure = `${name}:${robots}`;
+      term.replaceChildren(name, ...robotsOf(robots).map(badgeOf));
+    }
     if (number.textContent !== value) number.textContent = value;
     if (small.textContent !== unit) small.textContent = unit;
   });
@@ -290,6 +335,7 @@ function showTimes(at) {
   drawBar(by("bar"), hop, mission.stages, mission.budget_us);
   mission.stages.forEach((name, n) => put(`stage-${name}`, hop ? duration(hop.stages[n]) : "–"));
   put("stage-total", hop ? duration(hop.totalUs) : "–");
+  put("blame", hop ? history.blame(hop)?.text ?? "" : "");
   const count = drawHistory(by("history"), history, at, mission.budget_us, mission.stages, view.logarithmic);
   put("history-note", count > 0 ? `the last ${count}` : "");
   const { p50, p99, longest } = drawHistogram(by("histogram"), history, at, mission.budget_us);
@@ -319,24 +365,58 @@ function showLeaders(at) {
     make("td", { className: "n", textContent: leader.pid || "–" }))));
 }
 
+/** Which of several robots, as the end of a phrase. */
+function ofRobots(robots, before = "") {
+  if (history.robots === 1 || robots.length === 0) return "";
+  return ` ${before}robot${robots.length > 1 ? "s" : ""} ${robots.join(", ")}`;
+}
+
+/** Planners that command nobody and could take over. */
+const standBy = () => (history.status?.peers ?? []).filter(({ role, alive, leads }) => role === "planner" && alive && leads.length === 0);
+
+/** Has a planner take command. A paused mission goes on only when somebody lets it. */
+function handOver(peer) {
+  const waits = history.status?.tempo?.paused ? "; the mission is paused: Step or Go on for it to decide" : "";
+  tell({ order: "hand_over", life: peer.life }, `${peer.planner} takes command${ofRobots(peer.plans, "of ")}${waits}`);
+}
+
+/** Hands over to the planner that stands by; of several somebody chooses. */
+function askWho() {
+  if (!mayOrder || view.connected !== "open") return;
+  const planners = standBy();
+  if (planners.length === 0) {
+    say("no planner stands by");
+    return;
+  }
+  if (planners.length === 1) {
+    handOver(planners[0]);
+    return;
+  }
+  by("standby-list").replaceChildren(...planners.map((peer) => {
+    const button = make("button", { type: "button", textContent: `${peer.planner}${ofRobots(peer.plans, "for ")} (${peer.pid})` });
+    button.addEventListener("click", () => { by("standby").close(); handOver(peer); });
+    return make("li", {}, button);
+  }));
+  by("standby").showModal();
+}
+
 function showPeers() {
   const peers = history.status?.peers ?? [];
   const status = history.status?.progress?.status;
   const interrupted = Boolean(history.status?.interrupted);
   const over = interrupted || (status && status !== "underway");
-  const text = JSON.stringify(peers.map((peer) => [peer.life, peer.alive, peer.leads, Math.round(peer.silent_ms / 200)])) + view.connected + over + interrupted + mayOrder;
+  const text = JSON.stringify(peers.map((peer) => [peer.life, peer.alive, peer.leads, peer.plans, Math.round(peer.silent_ms / 200)])) + view.connected + over + interrupted + mayOrder;
   if (TEXTS.get("peers") === text) return;
   TEXTS.set("peers", text);
   by("peers").tBodies[0].replaceChildren(...peers.map((peer) => {
     const state = over ? "finished" : !peer.alive ? "silent" : peer.silent_ms > 400 ? "late" : "alive";
     const last = make("td", { className: "n" });
     if (peer.role === "planner" && peer.alive && peer.leads.length === 0 && !over) {
-      const button = make("button", { type: "button", textContent: "hand over", disabled: !mayOrder || view.connected !== "open", title: mayOrder ? `Let ${peer.planner} command` : "needs --control" });
-      button.dataset.life = peer.life;
-      button.addEventListener("click", () => tell({ order: "hand_over", life: peer.life }));
+      const button = make("button", { type: "button", textContent: "hand over", disabled: !mayOrder || view.connected !== "open", title: mayOrder ? `Let ${peer.planner} command${ofRobots(peer.plans)}` : "needs --control" });
+      button.addEventListener("click", () => handOver(peer));
       last.append(button);
     }
-    const part = peer.role === "planner" ? (peer.leads.length > 0 ? `commands${history.robots > 1 ? ` ${peer.leads.join(", ")}` : ""}` : "stands by") : peer.alive ? "alive" : "silent";
+    const part = peer.role === "planner" ? (peer.leads.length > 0 ? `commands${ofRobots(peer.leads)}` : `stands by${ofRobots(peer.plans, "for ")}`) : peer.alive ? "alive" : "silent";
     return make("tr", { className: state },
       make("td", {}, make("i", { className: "dot" }), peer.planner ? `${peer.role} ${peer.planner}` : peer.role),
       make("td", { textContent: interrupted ? "ended" : over ? "finished" : peer.alive ? part : "silent" }),
@@ -349,12 +429,15 @@ function showPeers() {
 /** What befell the hops of late, and what the guard did: the last thousand are looked through. */
 function guarded(at) {
   const until = Math.max(at - history.first, 0);
-  return history.hops.slice(Math.max(until - 1000, 0), until).flatMap(({ decision, robot, vetoed, origin, stray, branch, totalUs }) => {
+  return history.hops.slice(Math.max(until - 1000, 0), until).flatMap(({ decision, robot, vetoed, origin, stray, branch, stages, totalUs }) => {
     const who = history.robotPrefix(robot);
     const events = [];
     if (vetoed) events.push({ decision, kind: "swap", text: `${who}the guard vetoes ${[...vetoed].map((letter) => (letter === "-" ? "to stand still" : ACTIONS[letter])).join(", ")}` });
     if (stray) events.push({ decision: decision + 1, kind: "stray", text: `${who}${STRAYED[branch]}` });
-    if (totalUs > history.mission.budget_us) events.push({ decision, kind: "bad", text: `${who}budget missed: ${duration(totalUs)} of ${duration(history.mission.budget_us)}` });
+    if (totalUs > history.mission.budget_us) {
+      const blame = history.blame({ decision, robot, stages, totalUs });
+      events.push({ decision, kind: "bad", text: `${who}budget missed: ${duration(totalUs)} of ${duration(history.mission.budget_us)}${blame ? `; ${blame.text}` : ""}` });
+    }
     if (origin !== "planner") events.push({ decision, kind: "bad", text: `${who}no command in time: the fallback acts (${origin})` });
     return events;
   });
@@ -405,6 +488,7 @@ function showHead(at) {
   put("status", text);
   by("status").className = `chip ${kind}`;
   const leader = history.leaderAt(at);
+  put("clock", missionTime(history.timeAt(at), history.mission?.speeds));
   put("leader", leader ? `${history.robotPrefix(leader.robot)}${leader.planner}, term ${leader.term}` : "nobody yet");
   const pace = measuredPace(at);
   put("pace", [pace ? `${pace < 9.95 ? pace.toFixed(1) : pace.toFixed(0)} ${history.decisionWord}s/s` : "–", tempo && isLive() ? `(${tempo.paused ? "paused, " : ""}${/^[\d.]+$/.test(tempo.pace) ? `${tempo.pace} asked` : tempo.pace})` : ""].join(" "));
@@ -496,16 +580,14 @@ function show() {
   put("policy-note", policyNote(at));
   by("policy-note").classList.toggle("warn", policyNote(at).startsWith("⚠"));
   by("value-key").hidden = !map.options.values;
-  if (history.robots === 1) why.update(at);
-  by("why").hidden = history.robots > 1;
+  why.update(at);
   showRobots(at);
   const { most } = map.shown();
   const [low, high] = most ? [0, most] : map.range;
   const digits = high - low < 1 ? 2 : high - low < 20 ? 1 : 0;
-  put("low", (low || 0).toFixed(digits).replace("-", "−"));
-  put("high", high.toFixed(digits).replace("-", "−"));
-  for (const key of document.querySelectorAll(".way-key")) key.hidden = history.ways.size === 0;
-  for (const key of document.querySelectorAll(".route-key")) key.hidden = history.routes.length === 0;
+  put("low", fixed(low, digits));
+  put("high", fixed(high, digits));
+  showKeys(at);
   showHead(at);
   showFigures(at);
   showTimes(at);
@@ -559,15 +641,22 @@ function replay() {
 /** How long an answer to an order stands. */
 const ANSWER_MS = 6000;
 
-async function tell(order) {
-  try {
-    put("answer", (await give(order)) ?? `sent: ${order.order.replace("_", " ")}`);
-  } catch {
-    put("answer", "the monitor does not answer");
-  }
+/** Shows an answer for a while. */
+function say(text) {
+  put("answer", text);
+  by("answer").title = text;
   view.dirty = true;
   clearTimeout(view.answer);
   view.answer = setTimeout(() => put("answer", ""), ANSWER_MS);
+}
+
+/** Gives an order; says why it was refused, or `sent`. */
+async function tell(order, sent = `sent: ${order.order.replace("_", " ")}`) {
+  try {
+    say((await give(order)) ?? sent);
+  } catch {
+    say("the monitor does not answer");
+  }
 }
 
 function toggle(option) {
@@ -600,7 +689,7 @@ const KEYS = {
   "+": () => closer(1.5),
   "=": () => closer(1.5),
   "-": () => closer(1 / 1.5),
-  0: () => { map.options.follow = false; map.turnTo(1); space.distance = 1.5; },
+  0: () => { map.options.follow = false; map.turnTo(1); space.distance = 1; },
   m: nextLayer,
   3: () => inSpace(!view.space),
   l: () => { view.logarithmic = !view.logarithmic; },
@@ -608,7 +697,7 @@ const KEYS = {
   c: () => { theme.toggleContrast(); map.recolour(); },
   k: () => { if (!by("pause").disabled) tell({ order: history.status?.tempo?.paused ? "resume" : "pause" }); },
   s: () => { if (!by("step").disabled) tell({ order: "step" }); },
-  h: () => document.querySelector("#peers button:not(:disabled)")?.click(),
+  h: askWho,
   " ": () => KEYS.k(),
   PageUp: () => go(moment() - 10),
   PageDown: () => go(moment() + 10),
@@ -631,7 +720,7 @@ function listen() {
     event.target.value = "";
   });
   document.addEventListener("keydown", (event) => {
-    if (event.ctrlKey || event.altKey || event.metaKey || event.target.tagName === "SELECT" || by("help").open) return;
+    if (event.ctrlKey || event.altKey || event.metaKey || event.target.tagName === "SELECT" || by("help").open || by("standby").open) return;
     if (event.key === " " && event.target.tagName === "BUTTON") return;
     const stride = event.shiftKey ? 10 : 1;
     const act = event.key === "ArrowLeft" ? () => go(moment() - stride) : event.key === "ArrowRight" ? () => go(moment() + stride) : KEYS[event.key] ?? KEYS[event.key.toLowerCase()];

@@ -2,8 +2,8 @@
 
 import { contours } from "./contours.js";
 import { UNSEEN } from "./history.js";
-import { BLOCKED, COLLECTED, DARK, GOAL, GROUND, HOPPER, IMPACT, LIGHT, ROLLED, ROUTE, SAND, START, STRAY, TREASURE, VALUES, ramp } from "./palette.js";
-import { fitted } from "./scale.js";
+import { BLOCKED, COLLECTED, DARK, GOAL, GROUND, HOPPER, IMPACT, LIGHT, ROLLED, ROUTE, SAND, START, STRAY, TREASURE, VALUES, ramp, robotColour } from "./palette.js";
+import { fitted, fixed } from "./scale.js";
 import { colour, isStark } from "./theme.js";
 import { placeOn } from "./way.js";
 import { STALE_HOPS } from "./why.js";
@@ -29,9 +29,6 @@ const MOVES = 1024;
 
 /** Side of the inset with the whole map, pixels. */
 const INSET = 108;
-
-/** Robots by their numbers, as far as they are told apart by colour; each also has its number. */
-export const ROBOTS = ["#ffd400", "#1f9fe0", "#ff8a3d", "#7fd069", "#c98be8", "#f26d9a", "#4fd0c0", "#c9b458"];
 
 const ARROWS = { n: -Math.PI / 2, e: 0, s: Math.PI / 2, w: Math.PI };
 
@@ -399,7 +396,12 @@ export class MapView {
     const { view, left, top, scale } = frame;
     const whole = history.width * scale <= view.right - view.left + 1 && history.height * scale <= view.bottom - view.top + 1;
     if (whole) return;
+    const side = INSET / Math.max(history.width, history.height);
+    const [wide, tall] = [history.width * side, history.height * side];
     const goalCell = history.robots === 1 ? history.goal(at) : null;
+    // In the corner that is farthest from the goal, so that it covers neither the goal nor what points to it.
+    const isGoalRight = goalCell && this.spot(goalCell, frame)[0] > (view.left + view.right) / 2;
+    const [x, y] = [isGoalRight ? view.left + 8 : view.right - wide - 8, view.top + 8];
     const goal = goalCell ? this.spot(goalCell, frame) : [view.left + 1, view.top + 1];
     const margin = 16;
     const place = [Math.min(Math.max(goal[0], view.left + margin), view.right - margin), Math.min(Math.max(goal[1], view.top + margin), view.bottom - margin)];
@@ -418,15 +420,12 @@ export class MapView {
       context.font = "600 11px system-ui, sans-serif";
       context.textBaseline = "middle";
       const room = context.measureText(text).width;
-      const x = Math.min(Math.max(place[0] - room / 2, view.left + 6), view.right - room - 6);
-      const y = place[1] + (place[1] > (view.top + view.bottom) / 2 ? -22 : 22);
-      context.fillStyle = "#ffffffd8"; context.fillRect(x - 4, y - 8, room + 8, 16);
-      context.fillStyle = DARK; context.fillText(text, x, y);
+      const textX = Math.min(Math.max(place[0] - room / 2, view.left + 6), view.right - room - 6);
+      const textY = place[1] + (place[1] > (view.top + view.bottom) / 2 ? -22 : 22);
+      context.fillStyle = "#ffffffd8"; context.fillRect(textX - 4, textY - 8, room + 8, 16);
+      context.fillStyle = DARK; context.fillText(text, textX, textY);
       context.textBaseline = "alphabetic";
     }
-    const side = INSET / Math.max(history.width, history.height);
-    const [wide, tall] = [history.width * side, history.height * side];
-    const [x, y] = [view.right - wide - 8, view.top + 8];
     context.save();
     context.globalAlpha = 0.94;
     context.fillStyle = colour("unseen"); context.fillRect(x, y, wide, tall);
@@ -443,7 +442,8 @@ export class MapView {
       context.fillStyle = fill; context.fill(); context.strokeStyle = DARK; context.lineWidth = 1; context.stroke();
     };
     if (goalCell) dot(goalCell, GOAL, 3.5);
-    dot(history.pose(at).cell, HOPPER, 3.5);
+    if (history.robots === 1) dot(history.pose(at).cell, HOPPER, 3.5);
+    else history.poses(at).forEach(({ cell }, robot) => cell && dot(cell, robotColour(robot), 3.5));
     context.restore();
   }
 
@@ -754,10 +754,10 @@ export class MapView {
       const reach = history.viewCells(robot);
       if (reach === null) return;
       const route = history.routeOf(robot, at);
-      if (route) this.drawBand(context, route.points, frame, reach, ROBOTS[robot % ROBOTS.length]);
+      if (route) this.drawBand(context, route.points, frame, reach, robotColour(robot));
       if (!cell) return;
       const [x, y] = this.spot(cell, frame);
-      for (const [width, ink] of [[4, "#111111a0"], [1.8, ROBOTS[robot % ROBOTS.length]]]) {
+      for (const [width, ink] of [[4, "#111111a0"], [1.8, robotColour(robot)]]) {
         context.beginPath();
         context.arc(x, y, reach * frame.scale, 0, 2 * Math.PI);
         context.lineWidth = width;
@@ -796,7 +796,7 @@ export class MapView {
       if (!route) continue;
       context.lineCap = "butt";
       context.lineJoin = "round";
-      for (const [width, ink] of [[5.6, "#ffffffc0"], [4.2, "#111111d0"], [2.2, ROBOTS[robot % ROBOTS.length]]]) {
+      for (const [width, ink] of [[5.6, "#ffffffc0"], [4.2, "#111111d0"], [2.2, robotColour(robot)]]) {
         context.setLineDash(width > 3 ? [10, 6] : [8, 8]);
         context.lineDashOffset = width > 3 ? 1 : 0;
         this.trace(context, route.points, frame);
@@ -809,16 +809,20 @@ export class MapView {
     }
   }
 
+  /** The last steps of each robot before a moment. */
+  trailOf(at) {
+    const { history } = this;
+    const most = history.mission.hops || history.routes.length > 0 ? MOVES : TRAIL;
+    return history.hopsUntil(at, most * history.robots).filter(({ from, to }) => from[0] !== to[0] || from[1] !== to[1]);
+  }
+
   /** The last steps of each robot in its colour; a hopper's route is drawn otherwise. */
   drawTrails(context, frame, at) {
     const { history } = this;
-    const until = Math.min(Math.max(at - history.first, 0), history.hops.length);
     const ends = new Map();
     context.lineCap = "round";
-    const most = history.routes.length > 0 ? MOVES : TRAIL;
-    for (let n = Math.max(until - most * history.robots, 0); n < until; n += 1) {
-      const hop = history.hops[n];
-      if (hop.from[0] === hop.to[0] && hop.from[1] === hop.to[1] || history.mission.hops && hop.robot === 0) continue;
+    for (const hop of this.trailOf(at)) {
+      if (history.mission.hops && hop.robot === 0) continue;
       if (!ends.has(hop.robot)) ends.set(hop.robot, []);
       ends.get(hop.robot).push(hop);
     }
@@ -834,7 +838,7 @@ export class MapView {
         before = hop.to;
       }
       context.lineJoin = "round";
-      for (const [width, ink] of [[6.4, "#ffffffb0"], [4.6, "#111111d0"], [2.6, ROBOTS[robot % ROBOTS.length]]]) {
+      for (const [width, ink] of [[6.4, "#ffffffb0"], [4.6, "#111111d0"], [2.6, robotColour(robot)]]) {
         context.lineWidth = width;
         context.strokeStyle = ink;
         context.stroke();
@@ -867,7 +871,9 @@ export class MapView {
     trace(route.path, casing, thick + 3, []);
     trace(route.stray, casing, thick + 3, []);
     trace(route.rolled, casing, thick + 3, []);
-    trace(route.path, ROUTE, thick, []);
+    // Of several robots each has the colour of its marker.
+    if (this.history.robots > 1) trace(route.path, DARK, thick + 1.6, []);
+    trace(route.path, this.history.robots > 1 ? robotColour(0) : ROUTE, thick, []);
     trace(route.stray, STRAY, thick, [1.4 * thick, 2 * thick]);
     trace(route.rolled, ROLLED, thick, []);
     const size = Math.min(Math.max(scale * 0.16, 2.5), 5);
@@ -890,6 +896,7 @@ export class MapView {
 
   drawMarks(context, frame, at, flight) {
     const { history } = this;
+    const isTeam = history.robots > 1;
     const size = Math.min(Math.max(frame.scale * 0.3, 6), 10);
     const symbol = (trace, fill, rim, width = 1.8) => {
       context.beginPath();
@@ -912,24 +919,24 @@ export class MapView {
       context.closePath();
     };
     if (!history.mission.hops) {
-      for (const { body, start, goals } of history.mission.robots) {
-        if (body === "driver") {
+      history.mission.robots.forEach(({ body, start, goals }, robot) => {
+        if (body !== "rover") {
           const [startX, startY] = this.corner(start, frame);
-          symbol(() => context.arc(startX, startY, size * 0.8, 0, 2 * Math.PI), START, LIGHT);
+          symbol(() => context.arc(startX, startY, size * 0.6, 0, 2 * Math.PI), robotColour(robot), DARK);
         }
-        for (const goal of goals) symbol(star(...this.corner(goal, frame), size), GOAL, LIGHT);
-      }
+        for (const goal of goals) symbol(star(...this.corner(goal, frame), size * 1.25), robotColour(robot), DARK);
+      });
       this.drawRobots(context, frame, at, symbol);
       return;
     }
     for (const treasure of history.treasures(at)) symbol(star(...this.spot(treasure, frame), size * 0.72), TREASURE, LIGHT);
     for (const { cell, decision } of history.collections) if (decision < at) symbol(star(...this.spot(cell, frame), size * 0.72), COLLECTED, DARK);
     const [startX, startY] = this.spot(history.mission.start, frame);
-    symbol(() => context.arc(startX, startY, size * 0.8, 0, 2 * Math.PI), START, LIGHT);
+    symbol(() => context.arc(startX, startY, size * 0.8, 0, 2 * Math.PI), isTeam ? robotColour(0) : START, isTeam ? DARK : LIGHT);
     const goal = history.goal(at);
     for (const other of history.mission.goals) {
       if (other !== goal) context.globalAlpha = 0.55;
-      symbol(star(...this.spot(other, frame), size), GOAL, LIGHT);
+      symbol(star(...this.spot(other, frame), isTeam ? size * 1.25 : size), isTeam ? robotColour(0) : GOAL, isTeam ? DARK : LIGHT);
       context.globalAlpha = 1;
     }
     if (history.robots > 1) {
@@ -1028,15 +1035,28 @@ export class MapView {
     return over(now);
   }
 
-  /** The robots, each with its colour and number; the one whose turn it is has a ring. */
+  /** The robots, each with its colour and number, a hopper round, a rover square, a helicopter with a corner up; the one whose turn it is has a
+   * ring. Those on one cell stand side by side. */
   drawRobots(context, frame, at, symbol) {
     const { history } = this;
     const size = Math.min(Math.max(frame.scale * 0.42, 8), 14);
     const due = history.turn(at);
+    const beside = new Map();
     history.poses(at).forEach(({ cell, rest, standing }, robot) => {
       if (!cell) return;
-      const [x, y] = rest ? this.corner(rest, frame) : this.spot(cell, frame);
-      const fill = ROBOTS[robot % ROBOTS.length];
+      const { body } = history.mission.robots[robot];
+      const others = beside.get(`${cell}`) ?? 0;
+      beside.set(`${cell}`, others + 1);
+      const [placeX, y] = rest ? this.corner(rest, frame) : this.spot(cell, frame);
+      const x = placeX + others * 2 * size;
+      const shapes = {
+        hopper: () => context.arc(x, y, size, 0, 2 * Math.PI),
+        helicopter: () => {
+          const reach = 1.35 * size;
+          context.moveTo(x, y - reach); context.lineTo(x + reach, y); context.lineTo(x, y + reach); context.lineTo(x - reach, y); context.closePath();
+        },
+      };
+      const fill = robotColour(robot);
       if (robot === due) {
         for (const [width, ink] of [[5, LIGHT], [2.4, DARK]]) {
           context.beginPath();
@@ -1046,7 +1066,7 @@ export class MapView {
           context.stroke();
         }
       }
-      symbol(() => context.arc(x, y, size, 0, 2 * Math.PI), fill, DARK);
+      symbol(shapes[body] ?? (() => context.rect(x - 0.9 * size, y - 0.9 * size, 1.8 * size, 1.8 * size)), fill, DARK);
       context.fillStyle = DARK;
       context.font = `700 ${Math.round(size * 1.15)}px system-ui, sans-serif`;
       context.textAlign = "center";
@@ -1093,7 +1113,7 @@ export class MapView {
     const words = [`cell (${cell[0]}, ${cell[1]})`, `${Number((cell[0] * size).toFixed(2))}, ${Number((cell[1] * size).toFixed(2))} m`];
     if (history.seenAt[index] > at) words.push("unseen");
     else {
-      words.push(`${history.heights[index].toFixed(2)} m`, history.flags[index] & 1 ? "sand" : "hard");
+      words.push(`${fixed(history.heights[index], 2)} m`, history.flags[index] & 1 ? "sand" : "hard");
       if (history.flags[index] & 2) words.push("impassable");
       words.push(`seen at ${history.decisionWord} ${history.seenAt[index]}`);
     }
@@ -1102,7 +1122,7 @@ export class MapView {
     const [x, y] = policy ? [cell[0] - policy.x, cell[1] - policy.y] : [-1, -1];
     if (policy && x >= 0 && y >= 0 && x < policy.width && y < policy.height) {
       const goal = history.goal(at);
-      words.push(cell[0] === goal[0] && cell[1] === goal[1] ? "the goal" : `value ${policy.values[y * policy.width + x].toFixed(2)}`);
+      words.push(cell[0] === goal[0] && cell[1] === goal[1] ? "the goal" : `value ${fixed(policy.values[y * policy.width + x], 2)}`);
     }
     return words.join(" · ");
   }

@@ -15,6 +15,9 @@ export const BLOCKED = "#22262e";
 export const START = "#1f6fe0";
 export const HOPPER = "#ffd400";
 export const GOAL = "#e3000f";
+/** Robots by their numbers, as far as they are told apart by colour; each also has its number. */
+const ROBOTS = ["#ffd400", "#1f9fe0", "#ff8a3d", "#7fd069", "#c98be8", "#f26d9a", "#4fd0c0", "#c9b458"];
+export const robotColour = (robot) => ROBOTS[robot % ROBOTS.length];
 /** Treasures: seen, collected. */
 export const TREASURE = "#111111";
 export const COLLECTED = "#ffc400";

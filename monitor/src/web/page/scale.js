@@ -8,6 +8,24 @@ export function duration(us) {
   return `${value.toFixed(value < 9.95 ? 1 : 0)} ${unit}`;
 }
 
+/** A number with so many digits after the point, and a sign only if it is not zero. */
+export function fixed(value, digits) {
+  const text = value.toFixed(digits);
+  return Number(text) === 0 ? text.replace("-", "") : text.replace("-", "−");
+}
+
+/** Seconds in a Sol, a day of Mars. */
+const SOL_S = 88775.244;
+
+/** Simulated time in words: in Sols from one Sol on, if that is what the mission counts in. */
+export function missionTime(seconds, inSols) {
+  if (seconds < 60) return `${seconds.toFixed(1)} s`;
+  if (inSols && seconds >= SOL_S) return `${(seconds / SOL_S).toFixed(2)} Sols`;
+  const minutes = Math.floor(seconds / 60);
+  if (seconds < 3600) return `${minutes} min ${Math.floor(seconds % 60)} s`;
+  return `${Math.floor(minutes / 60)} h ${minutes % 60} min`;
+}
+
 /** An axis over durations, logarithmic from 10 µs or linear from 0, `length` pixels long. */
 export class TimeAxis {
   constructor(length, longestUs, logarithmic) {

@@ -1,10 +1,10 @@
-// The same ground in space: a surface by WebGL 2, hops as arcs in the air, unseen ground as fog.
+// The same ground in space: a surface by WebGL 2. Hoppers hop in arcs, rovers drive on the ground, helicopters fly above it; unseen
+// ground is flat fog.
 //
 // Heights and colours are textures that only change where something was seen; the mesh is made once. A frame is three
 // draw calls whatever the size of the map: the ground, the lines, the symbols.
 
-import { ROBOTS } from "./map.js";
-import { GOAL, HOPPER, IMPACT, ROLLED, ROUTE, START, STRAY } from "./palette.js";
+import { GOAL, HOPPER, IMPACT, ROLLED, ROUTE, START, STRAY, robotColour } from "./palette.js";
 import { colour } from "./theme.js";
 import { placeOn } from "./way.js";
 
@@ -17,6 +17,19 @@ const IMPACTS = 1500;
 /** Segments of an arc. */
 const SEGMENTS = 10;
 
+/** Helicopters fly at this share of the map's width above the highest ground. */
+const CRUISE = 0.03;
+
+/** Angle of view from top to bottom, radians. */
+const VIEW_ANGLE = 0.8;
+
+/** Number of the mark that has a robot's number in it; the marks of further numbers follow. */
+const NUMBERED = 10;
+/** What the marks with a number can have in them: the numbers of robots, and what a stranded one has. */
+const LABELS = [...Array(16).keys(), "×"];
+/** The marks of bodies follow each other: round, square, with a corner up. */
+const SHAPES = { hopper: 0, rover: 1, driver: 1, helicopter: 2 };
+
 /** The relief is raised to this share of the map's width, by eight times at most. */
 const RELIEF = 0.14;
 const RAISED_MAX = 8;
@@ -28,7 +41,15 @@ void main() {
   ivec2 cell = ivec2(gl_VertexID % size.x, gl_VertexID / size.x);
   vec4 known = texelFetch(colours, cell, 0);
   seen = known.a;
-  float height = seen > 0.5 ? texelFetch(heights, cell, 0).r : floorHeight;
+  float height = texelFetch(heights, cell, 0).r;
+  if (seen < 0.5) {
+    // Beside what was seen the fog is as high as that, so that it has no slope of its own.
+    height = floorHeight;
+    for (int n = 0; n < 9; n += 1) {
+      ivec2 beside = clamp(cell + ivec2(n % 3 - 1, n / 3 - 1), ivec2(0), size - 1);
+      if (texelFetch(colours, beside, 0).a > 0.5) height = max(height, texelFetch(heights, beside, 0).r);
+    }
+  }
   spot = vec3(vec2(cell), height * raise);
   shade = known.rgb;
   gl_Position = view * vec4(spot, 1.0);
@@ -42,11 +63,9 @@ out vec4 ink;
 void main() {
   vec3 normal = normalize(cross(dFdx(spot), dFdy(spot)));
   if (normal.z < 0.0) normal = -normal;
-  float light = 0.72 + 0.36 * dot(normal, normalize(vec3(-0.5, 0.6, 0.75)));
-  float clear = smoothstep(0.35, 0.95, seen);
-  // Fog thickens and thins a little over the ground that nobody has seen.
-  float drift = 0.5 + 0.5 * sin(spot.x * 0.37 + sin(spot.y * 0.23) * 2.0) * sin(spot.y * 0.31);
-  ink = vec4(mix(fog * (0.9 + 0.16 * drift), shade * light, clear), 1.0);
+  float light = seen > 0.999 ? 0.72 + 0.36 * dot(normal, normalize(vec3(-0.5, 0.6, 0.75))) : 1.0;
+  // The edge of what was seen is no slope, so that it has no light.
+  ink = vec4(seen > 0.5 ? shade / seen * light : fog, 1.0);
 }`;
 
 const LINE_VERTEX = `#version 300 es
@@ -81,14 +100,18 @@ void main() {
 }`;
 
 const MARK_FRAGMENT = `#version 300 es
-precision mediump float;
+precision highp float;
+uniform sampler2D labels; uniform float labelCount;
 in vec4 ink; in float form; out vec4 colour;
 void main() {
   vec2 at = 2.0 * gl_PointCoord - 1.0;
   float reach = length(at);
   float edge = 0.8;
   bool isStar = form > 0.5 && form < 1.5;
-  if (form > 1.5) reach = abs(at.x) + abs(at.y);
+  bool isNumbered = form > 9.5;
+  float body = floor((form - 9.5) / labelCount), number = form - 10.0 - body * labelCount;
+  if (form > 1.5 && !isNumbered || isNumbered && body > 1.5) reach = 0.82 * (abs(at.x) + abs(at.y));
+  else if (isNumbered && body > 0.5) reach = 1.15 * max(abs(at.x), abs(at.y));
   if (isStar) {
     float turn = atan(at.x, -at.y), part = 1.2566370614;
     float fold = abs(mod(turn + 0.5 * part, part) - 0.5 * part) / (0.5 * part);
@@ -98,6 +121,10 @@ void main() {
   // Two rims, so that one of them stands out whatever the ground: a white one in a dark one, or the other way round.
   vec3 inner = isStar ? vec3(1.0) : vec3(0.07), outer = isStar ? vec3(0.07) : vec3(1.0);
   colour = vec4(reach > edge + 0.05 ? outer : reach > edge - 0.06 ? inner : ink.rgb, ink.a);
+  if (isNumbered && reach < edge - 0.06) {
+    float label = texture(labels, vec2((number + gl_PointCoord.x) / labelCount, gl_PointCoord.y)).a;
+    colour.rgb = mix(colour.rgb, vec3(0.07), label);
+  }
 }`;
 
 const rgba = (hex, alpha = 1) => [1, 3, 5].map((at) => Number.parseInt(hex.slice(at, at + 2), 16) / 255).concat(alpha);
@@ -130,7 +157,7 @@ function lookAt(eye, target) {
 
 export class SpaceView {
   constructor(canvas, history, map, onChange) {
-    Object.assign(this, { canvas, history, map, onChange, yaw: -0.5, pitch: 0.85, distance: 1.5, shownAt: null });
+    Object.assign(this, { canvas, history, map, onChange, yaw: -0.5, pitch: 0.85, distance: 1, shownAt: null });
     this.drawn = { calls: 0, triangles: 0 };
     this.listen();
   }
@@ -147,10 +174,29 @@ export class SpaceView {
     this.lineData = gl.createBuffer();
     this.markData = gl.createBuffer();
     this.indices = gl.createBuffer();
+    this.labels = this.labelTexture();
     gl.enable(gl.DEPTH_TEST);
     gl.enable(gl.BLEND);
     gl.blendFunc(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA);
     return true;
+  }
+
+  /** The labels of marks, side by side. */
+  labelTexture() {
+    const { gl } = this;
+    const side = 64;
+    const image = new OffscreenCanvas(side * LABELS.length, side);
+    const pen = image.getContext("2d");
+    pen.font = `700 ${0.56 * side}px system-ui, sans-serif`;
+    [pen.textAlign, pen.textBaseline] = ["center", "middle"];
+    LABELS.forEach((label, n) => pen.fillText(label, (n + 0.5) * side, 0.53 * side));
+    const made = gl.createTexture();
+    gl.bindTexture(gl.TEXTURE_2D, made);
+    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA, gl.RGBA, gl.UNSIGNED_BYTE, image);
+    gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.LINEAR);
+    gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_WRAP_S, gl.CLAMP_TO_EDGE);
+    gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_WRAP_T, gl.CLAMP_TO_EDGE);
+    return made;
   }
 
   program(vertex, fragment) {
@@ -251,17 +297,22 @@ export class SpaceView {
     const span = Math.max(history.width, history.height);
     const pose = history.pose(at);
     const middle = map.options.follow ? pose.cell : [(history.width - 1) / 2, (history.height - 1) / 2];
-    const target = [middle[0], middle[1] - (map.options.follow ? 0 : 0.04 * span), 0.5 * (map.range[0] + map.range[1]) * raise];
-    const reach = this.distance * (map.options.follow ? Math.min(span, 60) : span);
+    // Whoever looks from above at an angle sees the farther half smaller: the eye is on what is nearer.
+    const nearer = map.options.follow ? 0 : 0.07 * span;
+    const target = [middle[0] + nearer * Math.sin(this.yaw), middle[1] - nearer * Math.cos(this.yaw), 0.5 * (map.range[0] + map.range[1]) * raise];
+    // Far enough for the whole map in the narrower angle of view, however it is turned.
+    const halfAngle = Math.min(VIEW_ANGLE / 2, Math.atan(Math.tan(VIEW_ANGLE / 2) * wide / Math.max(tall, 1)));
+    const whole = Math.hypot(history.width, history.height) * 0.46 / Math.sin(halfAngle);
+    const reach = this.distance * (map.options.follow ? Math.min(span, 90) : whole);
     const eye = [
       target[0] + reach * Math.cos(this.pitch) * Math.sin(this.yaw),
       target[1] - reach * Math.cos(this.pitch) * Math.cos(this.yaw),
       target[2] + reach * Math.sin(this.pitch),
     ];
-    const view = product(perspective(0.8, wide / Math.max(tall, 1), reach / 50, reach * 4 + span * 2), lookAt(eye, target));
+    const view = product(perspective(VIEW_ANGLE, wide / Math.max(tall, 1), reach / 50, reach * 4 + span * 2), lookAt(eye, target));
     this.drawn = { calls: 0, triangles: 0 };
     this.drawGround(view, raise);
-    const key = [history.mission.run, at, history.seen, history.waysKnown, raise, policy?.decision, this.pole(), colour("text")].join();
+    const key = [history.mission.run, at, history.seen, history.waysKnown, raise, policy?.decision, this.pole(), history.status?.progress?.decision, colour("text")].join();
     if (this.lineKey !== key) {
       this.lineKey = key;
       this.segments = this.routeLines(at, raise, policy);
@@ -319,32 +370,57 @@ export class SpaceView {
     return [x - 0.5, y - 0.5, Math.max(z, ground) * raise + above];
   }
 
-  /** Arcs of the last hops, and the route that the policy expects, as segments. */
+  /** Height of the robots that fly, in cells. */
+  cruise(raise) {
+    return this.map.range[1] * raise + Math.max(CRUISE * Math.max(this.history.width, this.history.height), 1);
+  }
+
+  /** The last hops, drives and flights, and the route that the policy expects, as segments. */
   routeLines(at, raise, policy) {
     const { history, map } = this;
     const data = [];
     const line = (a, b, paint, width) => data.push(...a, ...b, ...paint, width);
-    const until = Math.min(Math.max(at - history.first, 0), history.hops.length);
-    const [straight, stray, rolled] = [rgba(ROUTE), rgba(STRAY), rgba(ROLLED)];
-    for (let n = Math.max(until - ARCS, 0); n < until; n += 1) {
-      const hop = history.hops[n];
+    const [alone, stray, rolled] = [rgba(ROUTE), rgba(STRAY), rgba(ROLLED)];
+    for (const hop of history.robots > 1 ? map.trailOf(at) : history.hopsUntil(at, ARCS)) {
+      const { body } = history.mission.robots[hop.robot];
+      const own = history.robots > 1 ? rgba(robotColour(hop.robot)) : alone;
       const way = history.wayOf(hop);
       if (way) {
         for (const stretch of way.stretches) {
-          const ink = stretch.climbMps === null ? rolled : hop.stray ? stray : straight;
+          const ink = stretch.climbMps === null ? rolled : hop.stray ? stray : own;
           const points = Array.from({ length: SEGMENTS + 1 }, (_, part) => this.spot(placeOn(stretch, part / SEGMENTS).place, raise));
           for (let part = 0; part < SEGMENTS; part += 1) line(points[part], points[part + 1], ink, 3);
         }
         continue;
       }
-      if (hop.branch === "held" || hop.from[0] === hop.to[0] && hop.from[1] === hop.to[1]) continue;
+      const lengthCells = Math.hypot(hop.to[0] - hop.from[0], hop.to[1] - hop.from[1]);
+      if (hop.branch === "held" || lengthCells === 0) continue;
+      const between = (share) => [0, 1].map((axis) => hop.from[axis] + (hop.to[axis] - hop.from[axis]) * share);
+      if (body === "helicopter") {
+        line([...hop.from, this.cruise(raise)], [...hop.to, this.cruise(raise)], own, 3);
+        continue;
+      }
+      const drives = body === "driver" || body === "rover";
       const [low, high] = [this.over(hop.from, raise), this.over(hop.to, raise)];
-      const rise = 0.5 * Math.hypot(hop.to[0] - hop.from[0], hop.to[1] - hop.from[1]);
-      const along = (share) => [
-        hop.from[0] + (hop.to[0] - hop.from[0]) * share, hop.from[1] + (hop.to[1] - hop.from[1]) * share,
-        low + (high - low) * share + rise * 4 * share * (1 - share),
-      ];
-      for (let part = 0; part < SEGMENTS; part += 1) line(along(part / SEGMENTS), along((part + 1) / SEGMENTS), hop.stray ? stray : straight, 3);
+      const along = (share) => {
+        const place = between(share);
+        if (drives) return [...place, this.over(place.map(Math.round), raise, 0.25)];
+        return [...place, low + (high - low) * share + 0.5 * lengthCells * 4 * share * (1 - share)];
+      };
+      const parts = drives ? Math.ceil(lengthCells) : SEGMENTS;
+      for (let part = 0; part < parts; part += 1) line(along(part / parts), along((part + 1) / parts), hop.stray ? stray : own, 3);
+    }
+    if (history.robots > 1) {
+      // A line down from each robot that flies, and the poles of goals.
+      history.poses(at).forEach(({ cell }, robot) => {
+        const { body, goals } = history.mission.robots[robot];
+        const ink = rgba(robotColour(robot));
+        if (cell && body === "helicopter") line([...cell, this.over(cell, raise)], [...cell, this.cruise(raise)], ink, 1.5);
+        for (const [x, y] of goals) {
+          const foot = this.over([Math.floor(x), Math.floor(y)], raise);
+          line([x - 0.5, y - 0.5, foot], [x - 0.5, y - 0.5, foot + this.pole()], rgba(colour("text")), 2.5);
+        }
+      });
     }
     if (policy) {
       const cells = map.expected(policy, history.pose(at).cell, at);
@@ -361,7 +437,9 @@ export class SpaceView {
   }
 
   pole() {
-    return Math.max(0.06 * Math.max(this.history.width, this.history.height) * Math.min(this.distance, 1), 1.2);
+    // Above the number of a robot that stands at its foot.
+    const share = this.history.robots > 1 ? 0.1 : 0.06;
+    return Math.max(share * Math.max(this.history.width, this.history.height) * Math.min(this.distance, 1), 1.2);
   }
 
   drawLines(view, screen, count) {
@@ -381,7 +459,15 @@ export class SpaceView {
     const data = [];
     const mark = ([x, y], above, hex, size, shape) => data.push(x, y, this.over([x, y], raise, above), ...rgba(hex), size * ratio, shape);
     if (history.robots > 1) {
-      history.poses(at).forEach(({ cell }, robot) => cell && mark(cell, 0.5, ROBOTS[robot % ROBOTS.length], 20, 0));
+      history.poses(at).forEach(({ cell, standing }, robot) => {
+        const { body, start, goals } = history.mission.robots[robot];
+        const ink = rgba(robotColour(robot));
+        if (body !== "rover") data.push(start[0] - 0.5, start[1] - 0.5, this.over(start.map(Math.floor), raise, 0.3), ...ink, 11 * ratio, 0);
+        for (const [x, y] of goals) data.push(x - 0.5, y - 0.5, this.over([Math.floor(x), Math.floor(y)], raise, this.pole() + 0.12), ...ink, 26 * ratio, 1);
+        if (!cell) return;
+        const height = body === "helicopter" ? this.cruise(raise) : this.over(cell, raise, 0.5);
+        data.push(...cell, height, ...ink, 26 * ratio, NUMBERED + LABELS.length * SHAPES[body] + (standing === "stranded" ? LABELS.length - 1 : robot));
+      });
       return data;
     }
     mark(history.mission.start, 0.3, START, 16, 0);
@@ -414,9 +500,9 @@ export class SpaceView {
     const { history } = this;
     const found = [];
     if (history.ways.size === 0) return found;
-    const until = Math.min(Math.max(at - history.first, 0), history.hops.length);
-    for (let n = until - 1; n >= Math.max(until - ARCS, 0) && found.length < IMPACTS; n -= 1) {
-      found.push(...(history.wayOf(history.hops[n])?.impacts ?? []).map((impact) => impact.at));
+    for (const hop of history.hopsUntil(at, ARCS).reverse()) {
+      if (found.length >= IMPACTS) break;
+      found.push(...(history.wayOf(hop)?.impacts ?? []).map((impact) => impact.at));
     }
     return found;
   }
@@ -425,6 +511,9 @@ export class SpaceView {
     const { gl } = this;
     gl.useProgram(this.marks);
     gl.uniformMatrix4fv(gl.getUniformLocation(this.marks, "view"), false, view);
+    gl.uniform1i(gl.getUniformLocation(this.marks, "labels"), 0);
+    gl.uniform1f(gl.getUniformLocation(this.marks, "labelCount"), LABELS.length);
+    gl.bindTexture(gl.TEXTURE_2D, this.labels);
     gl.bindBuffer(gl.ARRAY_BUFFER, this.markData);
     gl.bufferData(gl.ARRAY_BUFFER, new Float32Array(data), gl.DYNAMIC_DRAW);
     this.attributes(this.marks, [["place", 3], ["paint", 4], ["size", 1], ["shape", 1]], 0);
