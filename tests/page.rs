@@ -566,8 +566,8 @@ fn the_page_draws_in_the_colours_of_the_pictures() {
         assert_eq!(layer["ramp"], colours, "{name}");
     }
     let robots: Vec<String> = (0..8).map(|number| format!("\"{}\"", colour::robot(number))).collect();
+    assert!(palette.contains(&format!("ROBOTS = [{}]", robots.join(", "))), "{robots:?}");
     let map = read("map.js");
-    assert!(map.contains(&format!("ROBOTS = [{}]", robots.join(", "))), "{robots:?}");
     // The rims by which hopper and goal stand out on every ground: see P-CONTRAST.
     for line in ["rim === DARK ? LIGHT : DARK", "HOPPER, DARK)", "GOAL, LIGHT)"] {
         assert!(map.contains(line), "{line}");

@@ -496,6 +496,7 @@ fn uncertain_ground_is_shown_by_its_expected_speed_and_its_spread() {
         json(&look.output().unwrap())
     };
     let live = look(&live, "layers-live");
+    assert_eq!(live["failure"], serde_json::Value::Null, "{live}\n{}", run.log());
     run.signal(Signal::INT);
     assert_eq!(run.code(), 0, "{}", run.log());
     for (past, name) in [("journal", "layers-journal"), ("whole.mcap", "layers-recording")] {
@@ -720,7 +721,7 @@ fn the_real_way_of_a_hop_is_shown_in_a_real_browser() {
     assert!(law["hops"].as_array().unwrap().iter().all(|hop| hop["facts"].is_null()), "{law}");
     let (shown, contact) = look("contact");
     assert_eq!(contact["legend"], serde_json::json!([["rolled", true], ["impact", true]]));
-    assert!(contact["rolled"].as_u64().unwrap() > 20, "{contact}");
+    assert!(contact["rolled"].as_u64().unwrap() > 8, "{contact}");
     for (n, hop) in contact["hops"].as_array().unwrap().iter().enumerate() {
         let figures = &shown["records"][n]["detail"]["figures"];
         let facts = &hop["facts"];

@@ -17,7 +17,7 @@ try {
   await page.keyboard.press("Shift+ArrowRight");
   await page.keyboard.press("End");
   await page.waitForTimeout(500);
-  seen.robots = await page.locator("#robots tbody tr td:nth-child(3)").allInnerTexts();
+  seen.robots = await page.locator("#robots tbody tr td:nth-child(4)").allInnerTexts();
   seen.badges = await page.evaluate(() => new Set([...document.querySelectorAll("#robots .badge")].map((badge) => badge.style.background)).size);
   seen.why = await page.locator("#why p").innerText();
   await page.screenshot({ path: join(folder, "team.png") });

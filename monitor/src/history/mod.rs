@@ -414,12 +414,11 @@ impl RunHistory {
         }
     }
 
-    /// Who commands `robot` at decision `at`; `None` if that is not known.
+    /// The planner that commanded `robot` at the executed decision `at`; `None` while it is due.
     fn planner_of(&self, robot: RobotId, at: Decision) -> Option<Name> {
+        self.hops.get(at)?;
         let mut changes = self.hops.leader_changes().rev();
-        let led = changes.find(|change| change.robot == robot && change.from <= at);
-        let state = self.state.as_ref().filter(|state| state.robot == robot && state.decision <= at);
-        state.map(|state| state.leader.planner).or(led.map(|change| change.planner))
+        changes.find(|change| change.robot == robot && change.from <= at).map(|change| change.planner)
     }
 
     fn decision(&self) -> Decision {

@@ -936,7 +936,8 @@ export class MapView {
     const goal = history.goal(at);
     for (const other of history.mission.goals) {
       if (other !== goal) context.globalAlpha = 0.55;
-      symbol(star(...this.spot(other, frame), isTeam ? size * 1.25 : size), isTeam ? robotColour(0) : GOAL, isTeam ? DARK : LIGHT);
+      if (isTeam) symbol(star(...this.spot(other, frame), size * 1.25), robotColour(0), DARK);
+      else symbol(star(...this.spot(other, frame), size), GOAL, LIGHT);
       context.globalAlpha = 1;
     }
     if (history.robots > 1) {

@@ -236,6 +236,7 @@ export class WhyView {
     const own = valued.find((hop) => hop.action === chosen);
     if (!own || valued.length < 2) return "";
     const other = valued.filter((hop) => hop !== own).reduce((best, hop) => (hop.value > best.value ? hop : best));
+    if (own.value === Infinity || other.value === Infinity) return "";
     const more = own.value - other.value;
     const [mine, next] = [ACTIONS[own.action], ACTIONS[other.action]].map((word) => word);
     if (Math.abs(more) < 1e-6) return `${mine[0].toUpperCase()}${mine.slice(1)} and ${next} are worth the same.`;
@@ -246,6 +247,8 @@ export class WhyView {
   /** What a hop is worth to the planner that decided: its value, or for greedy its payoff; null without either. */
   worth(hop, reason) {
     if (reason.decider !== "greedy" || hop.value !== null) return hop.value;
+    // The goal pays more than any other landing.
+    if (hop.ends === "goal") return Infinity;
     return hop.terms ? hop.terms.reduce((sum, term) => sum + term, 0) : null;
   }
 
@@ -283,7 +286,7 @@ export class WhyView {
       if (one.terms) row.append(...one.terms.map((term) => cell(signed(term))));
       else row.append(Object.assign(cell(one.ends === "goal" ? "the goal" : one.ends ?? "", "n ends"), { colSpan: 3 }));
       const worth = this.worth(one, reason);
-      row.append(cell(vetoed.includes(one.action) ? "vetoed" : worth === null ? "–" : signed(worth), `n value${worth === best ? " best" : ""}`));
+      row.append(cell(vetoed.includes(one.action) ? "vetoed" : worth === null || worth === Infinity ? "–" : signed(worth), `n value${worth === best ? " best" : ""}`));
       return row;
     });
     // Four rows whatever is known, so that nothing below jumps.
