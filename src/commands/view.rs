@@ -218,7 +218,15 @@ impl<'a> Replay<'a> {
         }
         let leg = self.brief.leg(state.visits);
         let plan = planner.plan(
-            &Situation { brief: self.brief, leg: Some(&leg), map, state: &state, team: None, scouting: None },
+            &Situation {
+                brief: self.brief,
+                leg: Some(&leg),
+                map,
+                state: &state,
+                team: None,
+                scouting: None,
+                table: None,
+            },
             &Budget::default(),
         );
         Some(Policy {

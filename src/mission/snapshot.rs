@@ -113,7 +113,8 @@ fn policy(brief: &Brief, map: &ObservedMap, mut state: State, planner: &str) -> 
         // A policy covers the map, but where the mission has ended there is nothing to plan for.
         state.pose.cell = last.from;
     }
-    let situation = Situation { brief, leg: Some(&leg), map, state: &state, team: None, scouting: None };
+    let situation =
+        Situation { brief, leg: Some(&leg), map, state: &state, team: None, scouting: None, table: None };
     planner.plan(&situation, &Budget::default());
     planner.policy()
 }

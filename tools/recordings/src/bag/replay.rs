@@ -178,8 +178,15 @@ fn replay(
         }
         let started = Instant::now();
         let past_state = state.of_its_past();
-        let situation =
-            Situation { brief, leg: leg.as_ref(), map, state: &past_state, team: None, scouting: None };
+        let situation = Situation {
+            brief,
+            leg: leg.as_ref(),
+            map,
+            state: &past_state,
+            team: None,
+            scouting: None,
+            table: None,
+        };
         let plan = planner.plan(&situation, &Budget::default());
         deciding += started.elapsed();
         let decided = Anew { cell: state.pose.cell, action: plan.action, observation: map.observation() };
