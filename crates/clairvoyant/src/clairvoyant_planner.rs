@@ -38,8 +38,8 @@ pub struct Clairvoyant {
 }
 
 impl Clairvoyant {
-    /// Solves `leg` on `terrain`, with hops that land by `table`, or by the law without one. With a table it is an estimate of what is
-    /// possible and no bound where truth is continuous.
+    /// Solves `leg` on `terrain`, with hops that land by `table`, or by the law without one. By a table it takes the hop of the least
+    /// restricted mean: an estimate of what is possible, and no bound where truth is continuous.
     ///
     /// # Errors
     /// [`ClairvoyantError::TooLarge`] beyond [`TABLE_MAX`] entries.

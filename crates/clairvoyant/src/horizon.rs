@@ -97,6 +97,9 @@ pub(crate) struct Horizon {
     hops: Vec<Option<[Option<Landings>; 4]>>,
     layers: [Vec<Optimum>; LAYERS],
     left: u64,
+    /// Whether the best hop is that of the least restricted mean, whatever its success: by a table every way may fail, and success alone
+    /// would go any way round for the last millionth of it.
+    by_steps: bool,
 }
 
 impl Horizon {
@@ -150,7 +153,7 @@ impl Horizon {
         if let Some(goal) = goal {
             layers[0][goal].success = 1.0;
         }
-        Self { goal, hops: grid.iter().map(hops_from).collect(), layers, left: 0 }
+        Self { goal, hops: grid.iter().map(hops_from).collect(), layers, left: 0, by_steps: table.is_some() }
     }
 
     /// The optimum of a cell in the newest layer.
@@ -190,8 +193,12 @@ impl Horizon {
         let least_steps = optima.iter().map(|optimum| optimum.least_steps).fold(f64::INFINITY, f64::min);
         let (mut steps, mut direction) = (f64::INFINITY, Direction::North);
         for (optimum, towards) in optima.into_iter().zip(Direction::ALL) {
-            if optimum.success >= success - SUCCESS_TIE && optimum.steps < steps {
-                (steps, direction) = (optimum.steps, towards);
+            let (counts, its) = match self.by_steps {
+                true => (true, optimum.least_steps),
+                false => (optimum.success >= success - SUCCESS_TIE, optimum.steps),
+            };
+            if counts && its < steps {
+                (steps, direction) = (its, towards);
             }
         }
         (Optimum { success, least_steps, steps }, direction)
