@@ -37,7 +37,8 @@ use crate::plan::{Budget, Plan, PlanStatus, Planner, Pulse, Situation};
 ///   `hopper`, there is little to veto.
 /// - **With the vertical hop**, in profile `paper-2022`, and in readings of P23 that plan over seen ground alone, no slope describes the
 ///   hops: [`listed_model`] lists them, and is solved from nothing, without a hunt.
-/// - **With a motion table** the landings are the table's: [`table_model`], solved from nothing, without treasures.
+/// - **With a motion table** the landings are the table's: [`table_model`], solved from nothing, without treasures. Without the
+///   table that the brief names, or with another, the action is to hold.
 /// - **Known treasures** are planned for by [`treasure_sets`], with one model for each set of them, solved from nothing.
 /// - **A hunt** ([`hunt`]) values treasures higher, and looks for those not yet seen; its model is solved from nothing too.
 #[derive(Clone, Debug, Default)]
@@ -72,8 +73,13 @@ impl Planner for Mdp {
         if here == situation.leg().goal {
             return Plan::at_once(Action::Hold, PlanStatus::Solved);
         }
-        if let Some(table) = situation.table {
-            return self.plan_by_table(situation, table, budget);
+        let fingerprint = situation.leg().motion.table;
+        match situation.table {
+            Some(table) if table.fingerprint() == fingerprint => {
+                return self.plan_by_table(situation, table, budget);
+            }
+            _ if fingerprint != 0 => return Plan::at_once(Action::Hold, PlanStatus::Infeasible),
+            _ => {}
         }
         if listed_model::is_listed(situation.leg()) {
             return self.plan_listed(situation, budget);
