@@ -95,6 +95,7 @@ fn patch_cells() -> usize {
             terrain: terrain.clone(),
             seed,
             dynamics: Default::default(),
+            table: None,
             faults: Vec::new(),
         };
         let mut cartographer = Cartographer::new(hopper_sim::ROBOT);

@@ -45,6 +45,7 @@ mod rovers;
 mod scouts;
 mod stopped;
 mod structure;
+mod table;
 
 mod system;
 mod takeover;

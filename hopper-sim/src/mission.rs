@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use contract::{
-    Account, Brief, Digest, Ground, PriorCell, PriorPage, PriorRequest, RobotId, SpeedPrior, Status,
-    TruthPage, TruthRequest,
+    Account, Brief, Digest, Ground, MotionTable, PriorCell, PriorPage, PriorRequest, RobotId, SpeedPrior,
+    Status, TablePage, TableRequest, TruthPage, TruthRequest,
 };
 use scenario::{Dynamics, Fault, ResolvedScenario};
 use terrain::Terrain;
@@ -23,6 +23,8 @@ pub struct Mission {
     pub seed: u64,
     /// Where a hop ends; never leaves hopper-sim but for the journal's header.
     pub dynamics: Dynamics,
+    /// Where hops end as planners are to believe it; `None` for the four branches.
+    pub table: Option<Arc<MotionTable>>,
     /// How robots will fail; never leaves hopper-sim but for the journal's header.
     pub faults: Vec<Fault>,
 }
@@ -31,12 +33,13 @@ impl Mission {
     /// The mission of a scenario, flown with `seed`.
     #[must_use]
     pub fn of(world: &ResolvedScenario, seed: u64) -> Self {
-        let ResolvedScenario { brief, terrain, dynamics, faults, .. } = world;
+        let ResolvedScenario { brief, terrain, dynamics, table, faults, .. } = world;
         Self {
             brief: brief.clone(),
             terrain: Arc::clone(terrain),
             seed,
             dynamics: dynamics.clone(),
+            table: table.clone(),
             faults: faults.clone(),
         }
     }
@@ -70,6 +73,17 @@ impl Mission {
                 |(&speeds, ground): (&SpeedPrior, &Ground)| PriorCell { speeds, height_m: ground.height_m };
             let cells = speeds.iter().zip(ground).map(cell).collect();
             PriorPage { run, grid: terrain.grid, from, cells }
+        })
+    }
+
+    /// The page of the motion table that answers `request`, of at most `rows_max` rows; `None` if another run's is asked for, or there is
+    /// no table.
+    #[must_use]
+    pub fn table_page(&self, request: &TableRequest, rows_max: usize) -> Option<TablePage> {
+        let (run, table) = (self.brief.run, self.table.as_ref()?);
+        (request.run == run).then(|| {
+            let (from, rows) = page_of(table.rows(), request.from, rows_max);
+            TablePage { run, from, rows: rows.to_vec() }
         })
     }
 }

@@ -3,11 +3,11 @@
 use std::collections::BTreeMap;
 use std::time::Duration;
 
-use contract::limits::{PRIOR_PAGE_CELLS, TRUTH_PAGE_CELLS};
+use contract::limits::{PRIOR_PAGE_CELLS, TABLE_PAGE_ROWS, TRUTH_PAGE_CELLS};
 use contract::{
     Announcement, Brief, Command, Control, Decision, DetailPage, DetailRequest, Heartbeat, Incarnation,
     MissingPeer, MonotonicNs, Name, Pacing, PastRequest, Policy, PriorRequest, Record, Refusal, RobotId,
-    Role, RoutePage, RouteRequest, State, Status, Team, TruthRequest,
+    Role, RoutePage, RouteRequest, State, Status, TableRequest, Team, TruthRequest,
 };
 use process::{
     Exit, Failure, Membership, Ports, Process, Reader, Server, TICK_NS, Terms, Turn, Writer, log_refusal,
@@ -71,6 +71,8 @@ pub struct HopperSim<P: Ports, R: RecordStore, O: FnMut(&Record)> {
     details: Option<P::Server<DetailRequest>>,
     /// Serves the prior, in a mission over uncertain ground.
     priors: Option<P::Server<PriorRequest>>,
+    /// Serves the motion table, if planners are to believe one.
+    tables: Option<P::Server<TableRequest>>,
     controls: P::Reader<Control>,
     pacings: P::Writer<Pacing>,
     /// The pacing published last, and when.
@@ -144,6 +146,7 @@ impl<P: Ports, R: RecordStore, O: FnMut(&Record)> HopperSim<P, R, O> {
             routes: has_routes.then(|| ports.server(ROBOT)).transpose()?,
             details: has_details.then(|| ports.server(ROBOT)).transpose()?,
             priors: has_prior.then(|| ports.server(ROBOT)).transpose()?,
+            tables: arbiter.mission().table.as_ref().map(|_| ports.server(ROBOT)).transpose()?,
             controls: ports.reader(ROBOT, false)?,
             pacings: ports.writer(ROBOT)?,
             pacing_sent: None,
@@ -324,6 +327,10 @@ impl<P: Ports, R: RecordStore, O: FnMut(&Record)> HopperSim<P, R, O> {
         if let Some(priors) = priors {
             let page = |request: &PriorRequest| arbiter.mission().prior_page(request, PRIOR_PAGE_CELLS);
             refusals.extend(priors.serve(page)?);
+        }
+        if let Some(tables) = &mut self.tables {
+            let mission = self.arbiter.mission();
+            refusals.extend(tables.serve(|request| mission.table_page(request, TABLE_PAGE_ROWS))?);
         }
         for refusal in refusals {
             self.refused(refusal, ports).await?;

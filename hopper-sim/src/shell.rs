@@ -93,6 +93,7 @@ impl MissionArgs {
             decision_budget_ns: self.budget.map(nanoseconds),
             dem: dem.clone(),
             nodata: self.elevation.nodata().map(<[f64]>::to_vec),
+            table: None,
         };
         if let (None, Some(dem)) = (&self.scenario, &dem) {
             let fitted = scenario::fitted_with(dem, self.elevation.nodata()).map_err(Failure::usage)?;

@@ -175,8 +175,14 @@ fn hint(got: &str) -> String {
     }
 }
 
+/// The planners for a robot of that mission. Of those for hoppers, only some plan by a motion table.
 fn suiting<'a>(brief: &'a Brief, robot: &'a Robot) -> impl Iterator<Item = &'static BuiltIn> + 'a {
-    PLANNERS.iter().filter(|planner| planner.purpose.is_of(brief, robot))
+    let has_branches = robot.as_hopper().is_none_or(|(motion, _)| motion.table == 0);
+    let suits = move |planner: &&BuiltIn| {
+        let plans_by_table = planner.purpose != Purpose::Hop || [MDP, HOLD].contains(&planner.name);
+        planner.purpose.is_of(brief, robot) && (has_branches || plans_by_table)
+    };
+    PLANNERS.iter().filter(suits)
 }
 
 /// The algorithms that suit a robot of that mission.

@@ -86,6 +86,7 @@ impl Pilot {
             Event::Patch(patch) => effects.extend(self.known.patch(patch, now).map(Effect::RequestMap)),
             Event::Page(page) => effects.extend(self.known.page(&page, now).map(Effect::RequestMap)),
             Event::Prior(page) => self.known.prior(page),
+            Event::Table(page) => self.known.table(page),
             Event::Route(page) => self.known.route(page),
             Event::Refused(refusal) => self.known.refuse(&refusal),
             Event::Heartbeat(beat) => self.leadership.heartbeat(beat, now),

@@ -3,8 +3,8 @@
 use std::fmt;
 
 use contract::{
-    Account, Action, Brief, Leg, Name, ObservedMap, PolicyCell, Prior, Robot, RobotId, Route, Routes, State,
-    Team,
+    Account, Action, Brief, Leg, MotionTable, Name, ObservedMap, PolicyCell, Prior, Robot, RobotId, Route,
+    Routes, State, Team,
 };
 
 /// Everything a decision may depend on.
@@ -25,6 +25,8 @@ pub struct Situation<'a> {
     pub team: Option<&'a Team>,
     /// The prior and the announced routes, where robots go from point to point.
     pub scouting: Option<Scouting<'a>>,
+    /// Where hops end by soil and slope, if the brief has planners of hoppers believe a table in place of the four branches.
+    pub table: Option<&'a MotionTable>,
 }
 
 impl<'a> Situation<'a> {

@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 
 use contract::{
     Account, Action, Announcement, Brief, Command, Control, Decision, MapPatch, MapRequest, Order, Policy,
-    PriorRequest, Refusal, Robot, RobotId, RobotSet, Role, RouteRequest, RunId, State, Team,
+    PriorRequest, Refusal, Robot, RobotId, RobotSet, Role, RouteRequest, RunId, State, TableRequest, Team,
 };
 use process::{
     Client, Failure, Membership, Ports, Process, Reader, Terms, Turn, Writer, accept, log_refusal,
@@ -64,6 +64,8 @@ pub struct PlannerProcess<P: Ports> {
     commands: Vec<(RobotId, P::Writer<Command>)>,
     /// Only of a planner of routes.
     routes: Option<RoutePorts<P>>,
+    /// From the first request on: few missions have a motion table.
+    tables: Option<P::Client<TableRequest>>,
     policies: P::Writer<Policy>,
     policy_sent: PolicySent,
     /// Of the last plan: see [`crate::Plan::error_bound`].
@@ -112,6 +114,7 @@ impl<P: Ports> PlannerProcess<P> {
             controls: ports.reader(robot, false)?,
             routes: announces.then(|| RoutePorts::open(ports, claim.robots)).transpose()?,
             commands,
+            tables: None,
             policies: ports.writer(robot)?,
             policy_sent: PolicySent::default(),
             error_bound: 0.0,
@@ -153,6 +156,9 @@ impl<P: Ports> PlannerProcess<P> {
             append(&mut effects, self.pilot.on(Event::Team(team), ports.now()));
         }
         self.receive_map(&mut effects, ports).await;
+        if let Some(page) = self.tables.as_mut().and_then(|tables| accept(tables.receive())) {
+            append(&mut effects, self.pilot.on(Event::Table(page), ports.now()));
+        }
         self.receive_routes(&mut effects, ports);
         self.receive_orders(&mut effects, ports);
         if let Some(gone) = self.pilot.rival_pid().filter(|&pid| !ports.process_exists(pid)) {
@@ -205,6 +211,13 @@ impl<P: Ports> PlannerProcess<P> {
                 if let Some(routes) = &mut self.routes {
                     routes.priors.request(request)?;
                 }
+            }
+            Effect::RequestTable(request) => {
+                let tables = match &mut self.tables {
+                    Some(tables) => tables,
+                    none => none.insert(ports.client(RobotId(0))?),
+                };
+                tables.request(request)?;
             }
             Effect::RequestRoute(request) => {
                 if let Some(routes) = &mut self.routes {

@@ -6,10 +6,10 @@ use contract::limits::ASK_AGAIN_NS;
 use contract::protocol::peer_table::SILENCE_NS;
 use contract::{
     Account, Action, Body, Brief, Cell, Command, Decision, Digest, Direction, Driver, Goal, Ground,
-    Heartbeat, Incarnation, Leader, MapPage, MapPatch, MapRequest, Member, MonotonicNs, Name, ObservedMap,
-    Pose, PriorCell, PriorPage, PriorRequest, Reach, Robot, RobotId, Robots, Role, Route, RoutePage,
-    RouteRequest, RunId, Sampling, SeenCell, Sensor, SpeedPrior, State, Status, Team, Term, Timing, Track,
-    Travel, Visit, Waypoint,
+    Heartbeat, Incarnation, Leader, MapPage, MapPatch, MapRequest, Member, MonotonicNs, MotionRow,
+    MotionTable, Name, ObservedMap, Pose, PriorCell, PriorPage, PriorRequest, Reach, Robot, RobotId, Robots,
+    Role, Route, RoutePage, RouteRequest, RunId, Sampling, SeenCell, Sensor, SpeedPrior, State, Status,
+    TableLanding, TablePage, TableRequest, Team, Term, Timing, Track, Travel, Visit, Waypoint,
 };
 use planner::pilot::{Effect, Event, Pilot, PilotConfig, RESEND_NS};
 use planner::{Plan, PlanStatus};
@@ -288,6 +288,37 @@ fn where_robots_have_routes_nobody_plans_before_the_prior_and_all_routes_are_kno
     assert!(pilot.waits_for().is_some_and(|what| what.contains("routes")));
     assert_eq!(pilot.on(Event::Route(RoutePage { run: RUN, route }), at(0)), [Effect::Plan]);
     assert!(pilot.situation().unwrap().scouting.is_some());
+}
+
+/// P-TABLE-WHOLE: A planner plans no hop before it holds the whole motion table that the brief names, and says that it waits.
+#[test]
+fn a_planner_waits_for_the_whole_motion_table() {
+    let sure = MotionRow::new(&[TableLanding { forward: 1, left: 0, probability: 1.0 }]).unwrap();
+    let table = MotionTable::new(vec![sure; MotionTable::ROWS]).unwrap();
+    let mut brief = brief();
+    for robot in brief.robots.iter_mut() {
+        if let contract::Body::Hopper(hopper) = &mut robot.body {
+            hopper.motion.table = table.fingerprint();
+        }
+    }
+    let mut pilot = uninformed(false);
+    let ask = |from| Effect::RequestTable(TableRequest { run: RUN, from });
+    assert_eq!(pilot.on(Event::Brief(brief), at(0)), [ask(0)]);
+    pilot.on(Event::State(state(3, 0, Incarnation(0))), at(0));
+    assert_eq!(pilot.on(Event::Patch(map(3)), at(0)), []);
+    assert_eq!(pilot.waits_for(), Some("hopper-sim: the motion table"));
+    let page = |from: usize, row| {
+        let rows = vec![row; MotionTable::ROWS - from];
+        Event::Table(TablePage { run: RUN, from: from as u32, rows })
+    };
+    assert_eq!(pilot.on(page(0, MotionRow::default()), at(0)), [ask(0)], "another table");
+    assert_eq!(pilot.map().refusals().of("malformed"), 1);
+    let begins = TablePage { run: RUN, from: 0, rows: vec![sure; 1000] };
+    assert_eq!(pilot.on(Event::Table(begins), at(0)), [ask(1000)]);
+    assert!(pilot.situation().is_none());
+    assert_eq!(pilot.on(page(1000, sure), at(0)), [Effect::Plan]);
+    assert_eq!(pilot.situation().unwrap().table, Some(&table));
+    assert_eq!(pilot.waits_for(), None);
 }
 
 #[test]

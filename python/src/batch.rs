@@ -73,7 +73,7 @@ impl Batch {
                     "an environment flies under law or collision, got contact: fly it with hopper.fly";
                 return Err(crate::error(message.to_owned()));
             }
-            let mission = Mission { brief, terrain, seed: 0, dynamics, faults: Vec::new() };
+            let mission = Mission { brief, terrain, seed: 0, dynamics, table: None, faults: Vec::new() };
             let ground = Arc::new(Ground::new(mission));
             let trials = Mutex::new(vec![Trial::new(&ground); count]);
             Ok(Self { resolved: resolved.unbind(), ground, window, trials })

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 
 use contract::{
-    Account, Brief, Detail, DetailPage, MonotonicNs, PastPage, Policy, Record, RobotId, Route, RoutePage,
-    State, Team,
+    Account, Brief, Detail, DetailPage, MonotonicNs, MotionTable, PastPage, Policy, Record, RobotId, Route,
+    RoutePage, State, Team,
 };
 use hopper_sim::{JournalReader, Mission};
 use monitor::shell::{PAGE_ADDRESS, address, serve_on};
@@ -114,6 +114,7 @@ pub fn gather_prior(history: &mut History, brief: &Brief, world: &ResolvedScenar
 /// The processes of a mission as far as a page needs them, fed from its journal.
 struct Replay<'a> {
     brief: &'a Brief,
+    table: Option<Arc<MotionTable>>,
     history: History,
     watcher: Watcher,
     sensed: Sensed,
@@ -127,6 +128,7 @@ impl<'a> Replay<'a> {
         let sensed = Sensed::new(world, brief, seed);
         let mut replay = Self {
             brief,
+            table: world.table.clone(),
             history: History::new(ROBOT),
             watcher: Watcher::new(ROBOT),
             robots: Robots::at_start(world, brief),
@@ -218,7 +220,15 @@ impl<'a> Replay<'a> {
         }
         let leg = self.brief.leg(state.visits);
         let plan = planner.plan(
-            &Situation { brief: self.brief, leg: Some(&leg), map, state: &state, team: None, scouting: None },
+            &Situation {
+                brief: self.brief,
+                leg: Some(&leg),
+                map,
+                state: &state,
+                team: None,
+                scouting: None,
+                table: self.table.as_deref(),
+            },
             &Budget::default(),
         );
         Some(Policy {

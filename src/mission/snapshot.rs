@@ -1,7 +1,7 @@
 //! The state of a mission after a number of hops, ready to be drawn.
 
 use contract::{
-    Account, Brief, Decision, Detail, Leg, ObservedMap, PolicyCell, Record, Route, State, Status,
+    Account, Brief, Decision, Detail, Leg, MotionTable, ObservedMap, PolicyCell, Record, Route, State, Status,
 };
 use planner::{Budget, Situation};
 use report::Picture;
@@ -57,7 +57,7 @@ impl Snapshot {
         let (state, map) = (*sensed.state(), sensed.map().clone());
         Self {
             hops: state.decision.0 as usize,
-            policy: policy(brief, &map, state, planner),
+            policy: policy((brief, world.table.as_deref()), &map, state, planner),
             speeds: speeds(world, brief, &map),
             announced: announced.to_vec(),
             map,
@@ -104,7 +104,12 @@ fn speeds(world: &ResolvedScenario, brief: &Brief, map: &ObservedMap) -> Vec<[f6
     estimates.map(SpeedEstimate::mean_and_sd_m_per_sol).collect()
 }
 
-fn policy(brief: &Brief, map: &ObservedMap, mut state: State, planner: &str) -> Option<Vec<PolicyCell>> {
+fn policy(
+    (brief, table): (&Brief, Option<&MotionTable>),
+    map: &ObservedMap,
+    mut state: State,
+    planner: &str,
+) -> Option<Vec<PolicyCell>> {
     let leg = hopper_leg(brief, state.visits)?;
     let mut planner = planner::algorithm(planner).ok()?;
     if state.status.is_over()
@@ -113,7 +118,8 @@ fn policy(brief: &Brief, map: &ObservedMap, mut state: State, planner: &str) -> 
         // A policy covers the map, but where the mission has ended there is nothing to plan for.
         state.pose.cell = last.from;
     }
-    let situation = Situation { brief, leg: Some(&leg), map, state: &state, team: None, scouting: None };
+    let situation =
+        Situation { brief, leg: Some(&leg), map, state: &state, team: None, scouting: None, table };
     planner.plan(&situation, &Budget::default());
     planner.policy()
 }

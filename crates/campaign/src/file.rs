@@ -1,5 +1,7 @@
 //! Reads campaign files: the grid, and how often each cell is flown.
 
+use std::path::PathBuf;
+
 use contract::{DistanceNorm, MotionModel, Name, Profile, UnseenGround};
 use scenario::{CellPoint, OpenPoints, Scenario, TerrainSource};
 use serde::{Deserialize, Serialize};
@@ -42,6 +44,9 @@ pub struct Campaign {
     /// Where hops end in truth, in place of the scenarios' own.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub dynamics: Option<MotionModel>,
+    /// Motion table that planners believe, a file relative to the folder of the campaign file, in place of what the scenarios say.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub table: Option<PathBuf>,
 }
 
 /// One weighting of the grid.

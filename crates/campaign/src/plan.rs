@@ -128,8 +128,12 @@ impl Campaign {
                 });
             }
             for profile in &self.profiles {
-                let overrides =
-                    Overrides { profile: Some(*profile), dynamics: self.dynamics, ..Overrides::default() };
+                let overrides = Overrides {
+                    profile: Some(*profile),
+                    dynamics: self.dynamics,
+                    table: self.table.as_ref().map(|table| folder.join(table)),
+                    ..Overrides::default()
+                };
                 let scenario = scenario.clone().with(&overrides);
                 for (reading, scenario) in self.under_readings(scenario) {
                     for planner in &self.planners {

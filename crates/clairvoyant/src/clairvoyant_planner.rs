@@ -1,6 +1,6 @@
 //! The planner that reaches the bound on success, by the quickest of such plans.
 
-use contract::{Action, Cell, Direction, Ground, Leg, Name};
+use contract::{Action, Cell, Direction, Ground, Leg, MotionTable, Name};
 use planner::{Budget, Plan, PlanStatus, Planner, Situation};
 use terrain::Terrain;
 
@@ -38,22 +38,26 @@ pub struct Clairvoyant {
 }
 
 impl Clairvoyant {
-    /// Solves `leg` on `terrain`.
+    /// Solves `leg` on `terrain`, with hops that land by `table`, or by the law without one. By a table it takes the hop of the least
+    /// restricted mean: an estimate of what is possible, and no bound where truth is continuous.
     ///
     /// # Errors
     /// [`ClairvoyantError::TooLarge`] beyond [`TABLE_MAX`] entries.
-    pub fn new(leg: &Leg, terrain: &Terrain) -> Result<Self, ClairvoyantError> {
+    pub fn new(leg: &Leg, terrain: &Terrain, table: Option<&MotionTable>) -> Result<Self, ClairvoyantError> {
         let (cells, steps_max) = (leg.grid.cells(), leg.limits.steps_max);
         let entries = (cells as u64).checked_mul(steps_max).filter(|&entries| entries <= TABLE_MAX);
         let Some(entries) = entries else {
             return Err(ClairvoyantError::TooLarge { cells: cells as u64, steps: steps_max });
         };
         let mut hops = vec![Direction::North; entries as usize];
-        let mut horizon = Horizon::new(leg, terrain);
+        let mut horizon = Horizon::new(leg, terrain, table);
         for layer in hops.chunks_exact_mut(cells) {
             horizon.next_layer(&mut |index, direction| layer[index] = direction);
         }
         let up_from = |(cell, ground): (Cell, &Ground)| {
+            if table.is_some() {
+                return 0;
+            }
             let offers = offers_from(leg, terrain, cell, ground);
             let ups = offers.iter().flatten().filter_map(|offer| match offer.action {
                 Action::Up(direction) => Some(1_u8 << direction as u8),

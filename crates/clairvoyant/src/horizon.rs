@@ -1,7 +1,7 @@
 //! The dynamic programme, one layer for each number of steps left.
 
-use contract::{Branch, Cell, Direction, Ground, Leg};
-use motion::{Offer, landing, offers, steps};
+use contract::{Action, Branch, Cell, Direction, Grid, Ground, Leg, MotionTable, TableLanding};
+use motion::{Offer, landing, offers, slope_classes, steps};
 use terrain::Terrain;
 
 /// The branches that a hop may end in.
@@ -28,7 +28,7 @@ pub fn bounds(leg: &Leg, terrain: &Terrain) -> Bounds {
     let Some(start) = leg.grid.index(leg.start) else {
         return Bounds { success: 0.0, restricted_mean_steps: leg.limits.steps_max as f64 };
     };
-    let mut horizon = Horizon::new(leg, terrain);
+    let mut horizon = Horizon::new(leg, terrain, None);
     for _ in 0..leg.limits.steps_max {
         horizon.next_layer(&mut |_, _| ());
     }
@@ -63,18 +63,48 @@ pub(crate) fn offers_from(leg: &Leg, terrain: &Terrain, cell: Cell, ground: &Gro
     offers(&leg.motion, &leg.grid, (cell, ground), height_m)
 }
 
+/// Where a hop may land: by the law, or by a table.
+#[derive(Clone, Debug)]
+enum Landings {
+    Law([Landing; 4]),
+    Table(Vec<Landing>),
+}
+
+impl Landings {
+    fn all(&self) -> &[Landing] {
+        match self {
+            Self::Law(landings) => landings,
+            Self::Table(landings) => landings,
+        }
+    }
+}
+
+/// The cell of a landing of a table by a hop from `cell`.
+fn cell_of(grid: &Grid, cell: Cell, hop: Direction, landing: &TableLanding) -> Cell {
+    let hops = grid.hop_cells as i32;
+    let [forward, left] = [landing.forward, landing.left].map(|count| i32::from(count) * hops);
+    let [ahead, aside] = [hop, hop.left()].map(|towards| {
+        let unit = grid.hop(Cell::default(), towards);
+        [unit.x.signum(), unit.y.signum()]
+    });
+    Cell::new(cell.x + forward * ahead[0] + left * aside[0], cell.y + forward * ahead[1] + left * aside[1])
+}
+
 /// The layers computed so far.
 pub(crate) struct Horizon {
     goal: Option<usize>,
     /// The hops from each cell, `None` where none is offered; `None` where the hopper cannot stand.
-    hops: Vec<Option<[Option<[Landing; 4]>; 4]>>,
+    hops: Vec<Option<[Option<Landings>; 4]>>,
     layers: [Vec<Optimum>; LAYERS],
     left: u64,
+    /// Whether the best hop is that of the least restricted mean, whatever its success: by a table every way may fail, and success alone
+    /// would go any way round for the last millionth of it.
+    by_steps: bool,
 }
 
 impl Horizon {
     /// Computes layer 0, no steps left.
-    pub(crate) fn new(leg: &Leg, terrain: &Terrain) -> Self {
+    pub(crate) fn new(leg: &Leg, terrain: &Terrain, table: Option<&MotionTable>) -> Self {
         let grid = leg.grid;
         let arrives = |to: Cell| {
             let stands = to == leg.goal || terrain.ground(to).is_some_and(|ground| ground.passable);
@@ -82,15 +112,39 @@ impl Horizon {
         };
         let hops_from = |cell: Cell| {
             let ground = terrain.ground(cell)?;
+            if let Some(table) = table {
+                let classes = slope_classes(&grid, (cell, ground), |cell| terrain.ground(cell));
+                return Some(Direction::ALL.map(|hop| {
+                    let row = table.rows()[classes[hop as usize]].landings().iter();
+                    let mut landings: Vec<Landing> = row
+                        .map(|at| Landing {
+                            to: arrives(cell_of(&grid, cell, hop, at)),
+                            probability: at.probability,
+                            cost: steps(
+                                ground.soil,
+                                Action::Hop(hop),
+                                match (at.forward, at.left) {
+                                    (1, 0) => Branch::Intended,
+                                    _ => Branch::Elsewhere,
+                                },
+                            ),
+                        })
+                        .collect();
+                    let lands: f64 = landings.iter().map(|landing| landing.probability).sum();
+                    let cost = steps(ground.soil, Action::Hop(hop), Branch::RolledAway);
+                    landings.push(Landing { to: None, probability: (1.0 - lands).max(0.0), cost });
+                    Some(Landings::Table(landings))
+                }));
+            }
             let offers = offers_from(leg, terrain, cell, ground);
             Some(Direction::ALL.map(|direction| {
                 let offer = offers[direction as usize]?;
                 let scatter = offer.scatter();
-                Some(BRANCHES.map(|branch| Landing {
+                Some(Landings::Law(BRANCHES.map(|branch| Landing {
                     to: arrives(landing(&grid, cell, direction, branch)),
                     probability: scatter.probability(branch),
                     cost: steps(ground.soil, offer.action, branch),
-                }))
+                })))
             }))
         };
         let late = Optimum { success: 0.0, least_steps: 0.0, steps: 0.0 };
@@ -99,7 +153,7 @@ impl Horizon {
         if let Some(goal) = goal {
             layers[0][goal].success = 1.0;
         }
-        Self { goal, hops: grid.iter().map(hops_from).collect(), layers, left: 0 }
+        Self { goal, hops: grid.iter().map(hops_from).collect(), layers, left: 0, by_steps: table.is_some() }
     }
 
     /// The optimum of a cell in the newest layer.
@@ -126,10 +180,10 @@ impl Horizon {
         self.layers[place] = layer;
     }
 
-    fn best(&self, hops: &[Option<[Landing; 4]>; 4]) -> (Optimum, Direction) {
+    fn best(&self, hops: &[Option<Landings>; 4]) -> (Optimum, Direction) {
         // Where no hop is offered, all that is left is to fail.
-        let optima = hops.map(|landings| match landings {
-            Some(landings) => self.optimum_of(&landings),
+        let optima = hops.each_ref().map(|landings| match landings {
+            Some(landings) => self.optimum_of(landings.all()),
             None => Optimum { success: -1.0, least_steps: f64::INFINITY, steps: f64::INFINITY },
         });
         if hops.iter().all(Option::is_none) {
@@ -139,15 +193,19 @@ impl Horizon {
         let least_steps = optima.iter().map(|optimum| optimum.least_steps).fold(f64::INFINITY, f64::min);
         let (mut steps, mut direction) = (f64::INFINITY, Direction::North);
         for (optimum, towards) in optima.into_iter().zip(Direction::ALL) {
-            if optimum.success >= success - SUCCESS_TIE && optimum.steps < steps {
-                (steps, direction) = (optimum.steps, towards);
+            let (counts, its) = match self.by_steps {
+                true => (true, optimum.least_steps),
+                false => (optimum.success >= success - SUCCESS_TIE, optimum.steps),
+            };
+            if counts && its < steps {
+                (steps, direction) = (its, towards);
             }
         }
         (Optimum { success, least_steps, steps }, direction)
     }
 
     /// The outcome of a hop if the optimal plan follows.
-    fn optimum_of(&self, landings: &[Landing; 4]) -> Optimum {
+    fn optimum_of(&self, landings: &[Landing]) -> Optimum {
         let mut sum = Optimum { success: 0.0, least_steps: 0.0, steps: 0.0 };
         for &Landing { to, probability, cost } in landings {
             let (then, spent) = match to {

@@ -100,5 +100,5 @@ fn a_table_that_would_not_fit_is_refused() {
     let ResolvedScenario { mut brief, terrain, .. } = world("hard");
     brief.limits.steps_max = u64::MAX;
     let need = ClairvoyantError::TooLarge { cells: 400, steps: u64::MAX };
-    assert_eq!(Clairvoyant::new(&brief.leg(0), &terrain).err(), Some(need));
+    assert_eq!(Clairvoyant::new(&brief.leg(0), &terrain, None).err(), Some(need));
 }

@@ -38,8 +38,15 @@ fn policy(brief: &Brief, terrain: &Terrain) -> Vec<PolicyCell> {
         last_timing: Timing::default(),
     };
     let mut planner = algorithm("mdp").unwrap();
-    let situation =
-        Situation { brief, leg: Some(&leg), map: &map, state: &state, team: None, scouting: None };
+    let situation = Situation {
+        brief,
+        leg: Some(&leg),
+        map: &map,
+        state: &state,
+        team: None,
+        scouting: None,
+        table: None,
+    };
     planner.plan(&situation, &Budget::default());
     planner.policy().unwrap()
 }

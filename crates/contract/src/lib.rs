@@ -66,6 +66,7 @@ pub use mission::body::*;
 pub use mission::brief::{Brief, Guard, Limits, Payoff, Priors, Weights};
 pub use mission::goal::*;
 pub use mission::leg::Leg;
+pub use mission::motion_table::{MotionRow, MotionTable, TableLanding, TablePage, TableRequest};
 pub use mission::pace::Pace;
 pub use mission::reading::{DistanceNorm, Reading, UnseenGround};
 pub use mission::robot::{Placement, Robot, Robots};

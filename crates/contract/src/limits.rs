@@ -73,6 +73,9 @@ pub const TRUTH_PAGE_CELLS: usize = 2048;
 /// Cells in one page of the prior.
 pub const PRIOR_PAGE_CELLS: usize = 1024;
 
+/// Rows in one page of the motion table.
+pub const TABLE_PAGE_ROWS: usize = 128;
+
 /// Most patches of a run.
 pub const PATCHES_MAX: u64 = 1 << 44;
 

@@ -131,6 +131,7 @@ mod tests {
             launch_angle_rad: 0.8,
             gravity_mps2,
             vertical: false,
+            table: 0,
         };
         let gradient = GradientSource::Measured;
         let sensor =

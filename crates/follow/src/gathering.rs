@@ -1,6 +1,6 @@
-//! How a reader gathers what is served of every cell of a lattice in pages.
+//! How a reader gathers what is served in pages: of every cell of a lattice, or of every class of a table.
 
-use contract::{Grid, MonotonicNs, Refusal, RunId};
+use contract::{MonotonicNs, Refusal, RunId};
 
 use crate::page_cursor::PageCursor;
 
@@ -38,17 +38,17 @@ impl<C: Copy> Gathering<C> {
     /// handed out once. A page of another run or place changes nothing. `field` names the cells in a refusal.
     ///
     /// # Errors
-    /// If the page makes no progress, or goes beyond `grid`.
+    /// If the page makes no progress, or goes beyond the `whole`, all cells there are.
     pub fn page(
         &mut self,
         field: &str,
-        (run, grid, from): (RunId, &Grid, u32),
+        (run, whole, from): (RunId, usize, u32),
         mut cells: Vec<C>,
     ) -> Result<Option<Vec<C>>, Refusal> {
         if self.run != Some(run) || self.is_whole || u64::from(from) != self.cursor.next() {
             return Ok(None);
         }
-        let missing = grid.cells().saturating_sub(self.cells.len());
+        let missing = whole.saturating_sub(self.cells.len());
         if cells.is_empty() || cells.len() > missing {
             return Err(Refusal::malformed(field, &format!("1 to {missing} more cells"), cells.len()));
         }

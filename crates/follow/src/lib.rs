@@ -9,6 +9,7 @@
 //! | [`PastFollower`] | executed decisions | `hop/past` |
 //! | [`Replica`] | the observed map | `hop/snapshot` |
 //! | [`PriorFollower`] | what is known of uncertain ground beforehand | `hop/prior` |
+//! | [`TableFollower`] | where hops end, as planners are to believe it | `hop/table` |
 //! | [`RouteFollower`], [`MissingRoutes`] | points of routes that robots announce | `hop/routes` |
 //! | [`DetailFollower`] | what the motion model tells of decisions | `hop/details` |
 //! | [`TruthFollower`] | the true ground | `truth/terrain` |
@@ -35,6 +36,7 @@ mod past;
 mod prior;
 mod replica;
 mod route;
+mod table;
 mod timeline;
 mod truth;
 
@@ -45,4 +47,5 @@ pub use past::{Link, PastFollower};
 pub use prior::PriorFollower;
 pub use replica::Replica;
 pub use route::RouteFollower;
+pub use table::TableFollower;
 pub use truth::TruthFollower;

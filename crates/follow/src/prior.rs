@@ -49,7 +49,7 @@ impl PriorFollower {
         if self.of.is_some_and(|(own, need)| run == own && grid != need) {
             return Err(Refusal::malformed("prior.grid", "the brief's", format!("{grid:?}")));
         }
-        if let Some(cells) = self.pages.page("prior.cells", (run, &grid, from), cells)? {
+        if let Some(cells) = self.pages.page("prior.cells", (run, grid.cells(), from), cells)? {
             self.prior = Some(Prior { run, grid, cells });
         }
         Ok(())

@@ -20,7 +20,7 @@ impl TruthFollower {
     /// If the page makes no progress, or goes beyond its grid.
     pub fn page(&mut self, page: TruthPage) -> Result<Option<Truth>, Refusal> {
         let TruthPage { run, grid, from, cells, treasures } = page;
-        let whole = self.0.page("truth.cells", (run, &grid, from), cells)?;
+        let whole = self.0.page("truth.cells", (run, grid.cells(), from), cells)?;
         Ok(whole.map(|cells| Truth { run, grid, cells, treasures }))
     }
 

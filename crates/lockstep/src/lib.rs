@@ -252,6 +252,7 @@ pub fn algorithm(name: Name, mission: &Mission) -> Result<Box<dyn Planner>, Plan
     if mission.brief.visits().is_some() {
         return Err(unsuited("the clairvoyant plans for one goal, not for a patrol"));
     }
-    let clairvoyant = clairvoyant::Clairvoyant::new(&mission.brief.leg(0), &mission.terrain);
+    let clairvoyant =
+        clairvoyant::Clairvoyant::new(&mission.brief.leg(0), &mission.terrain, mission.table.as_deref());
     Ok(Box::new(clairvoyant.map_err(|error| unsuited(&error.to_string()))?))
 }

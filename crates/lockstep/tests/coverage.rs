@@ -237,6 +237,7 @@ fn a_planner_with_an_empty_cache_decides_as_one_that_has_seen_all() {
                     state: &state,
                     team: Some(&team),
                     scouting: None,
+                    table: None,
                 };
                 let mut fresh = planner::algorithm(algorithm.name()).unwrap();
                 let plan = fresh.plan(&situation, &planner::Budget::default());

@@ -14,6 +14,7 @@ fn main() -> Result<(), GridError> {
         launch_angle_rad: 45_f64.to_radians(),
         gravity_mps2,
         vertical: false,
+        table: 0,
     };
     let grid = Grid::new(20, 20, 1.0, 1)?;
     for (body, gravity_mps2) in [("Moon", 1.62), ("Mars", 3.72), ("Phobos", 0.0057)] {

@@ -68,6 +68,7 @@ mod tests {
             launch_angle_rad: std::f64::consts::FRAC_PI_4,
             gravity_mps2: 3.72,
             vertical: false,
+            table: 0,
         }
     }
 

@@ -16,6 +16,7 @@
 //!     launch_angle_rad: 45_f64.to_radians(),
 //!     gravity_mps2: 3.72,
 //!     vertical: false,
+//!     table: 0,
 //! };
 //! let grid = Grid::new(20, 20, 1.0, 1)?;
 //! let flight = motion::flight(&parameters, &grid, Soil::Hard, 0.0);
@@ -32,6 +33,7 @@ pub mod flight;
 pub mod landing;
 pub mod launch;
 pub mod offer;
+pub mod slope_class;
 pub mod step_count;
 pub mod transition;
 pub mod vertical;
@@ -43,6 +45,7 @@ pub use flight::{arc_height_m, flight, launch_velocity_mps, position_m};
 pub use landing::landing;
 pub use launch::Launch;
 pub use offer::{Offer, VERTICAL_DEG, VERTICAL_RAD, checked, offers, vertical_flight, vertical_launch};
+pub use slope_class::slope_classes;
 pub use step_count::steps;
 pub use transition::{Transition, soil_motion, transition, transitions};
 pub use vertical::vertical_transition;

@@ -33,6 +33,7 @@ fn hopper(message: &proto::Brief) -> Result<Robot, Refusal> {
         launch_angle_rad: message.launch_angle_rad,
         gravity_mps2: message.gravity_mps2,
         vertical: false,
+        table: 0,
     };
     let [radius_min_m, radius_max_m] = message.sensor_radius_m[..] else {
         let got = message.sensor_radius_m.len();

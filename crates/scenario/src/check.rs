@@ -62,6 +62,10 @@ impl ScenarioCheck {
                 motion.slope_limit_rad.to_degrees()
             ),
         )?;
+        if motion.table != 0 {
+            let words = "planners believe a table of landings, fingerprint";
+            line("motion", format!("{words} {:014x}", motion.table))?;
+        }
         line(
             "sensor",
             format!(

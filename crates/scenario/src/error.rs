@@ -169,6 +169,19 @@ pub enum ScenarioError {
         /// Value in the scenario.
         got: String,
     },
+    /// The motion table that planners are to believe is unusable.
+    #[error(
+        "brief.motion.table: {}: need {need}, got {got}; `hopper motion derive --out DIR` writes a sound one",
+        path.display()
+    )]
+    MotionTable {
+        /// The file.
+        path: PathBuf,
+        /// What a table has.
+        need: &'static str,
+        /// What this one has.
+        got: String,
+    },
     /// Under contact dynamics no launch reaches the next cell on the flat.
     #[error(
         "truth.dynamics: need a launch that comes to rest {hop_m} m away on level {soil}, one hop; the fastest, {speed_mps} m/s with \

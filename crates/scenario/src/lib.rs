@@ -28,6 +28,7 @@ mod former;
 mod guard;
 mod mission;
 mod mobility;
+mod motion_table;
 mod overrides;
 mod resolve;
 mod resolved;
@@ -50,6 +51,7 @@ pub use mission::{
     DEFAULT_PROFILE, MapBefore, MissionBrief, MissionLimits, OpenPoints, PayoffConstants, PayoffWeights,
     Ranges, Surveyed,
 };
+pub use motion_table::BelievedMotion;
 pub use overrides::Overrides;
 pub use resolved::ResolvedScenario;
 pub use robot::{Robot, Scatter, Sensor};
@@ -154,6 +156,9 @@ impl Scenario {
                 self.truth.dynamics = Dynamics::Contact(ContactRules { preset, ..ContactRules::default() });
             }
         }
+        if let Some(table) = &overrides.table {
+            self.brief.motion.table = Some(motion_table::from_here(table));
+        }
         if let Some(budget_ns) = overrides.decision_budget_ns {
             self.limits.decision_budget_ms = budget_ns as f64 / 1e6;
         }
@@ -166,12 +171,13 @@ impl Scenario {
         self
     }
 
-    /// Whether its ground comes from files, which may be elsewhere or have other contents another time.
+    /// Whether its ground or what planners believe of hops comes from files, which may be elsewhere or have other contents another time.
     #[must_use]
     pub fn names_files(&self) -> bool {
         let Truth { terrain, sand, mobility, .. } = &self.truth;
         matches!(terrain, TerrainSource::ElevationFile(_))
             || sand.mask_file.is_some()
+            || self.brief.motion.table.is_some()
             || mobility.clone().is_some_and(|mut mobility| mobility.files().next().is_some())
     }
 

@@ -5,7 +5,7 @@ use contract::{DistanceNorm, Profile, Reading, UnseenGround};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::{ScenarioError, Visits, exact};
+use crate::{BelievedMotion, ScenarioError, Visits, exact};
 
 /// Section `[brief]`: what every process receives about the mission.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -52,6 +52,9 @@ pub struct MissionBrief {
     /// How the paper's open points are read; profile `paper-2023` only.
     #[serde(default, skip_serializing_if = "OpenPoints::is_default")]
     pub reading: OpenPoints,
+    /// What planners believe of where hops end; by default the scatter of `[robot]`.
+    #[serde(default, skip_serializing_if = "BelievedMotion::is_law")]
+    pub motion: BelievedMotion,
 }
 
 /// What is known of the map before the mission.

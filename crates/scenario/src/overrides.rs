@@ -15,6 +15,8 @@ pub struct Overrides {
     pub dynamics: Option<MotionModel>,
     /// Replaces gravity and soils, and with that the motion model by `contact`.
     pub preset: Option<Preset>,
+    /// Replaces `brief.motion.table`; a relative path starts from the current folder.
+    pub table: Option<PathBuf>,
     /// Replaces `limits.decision_budget_ms`; nanoseconds.
     pub decision_budget_ns: Option<u64>,
     /// Replaces the elevation file; a relative path starts from the current folder.

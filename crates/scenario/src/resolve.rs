@@ -60,19 +60,27 @@ impl Scenario {
         let robots = resolved.robots_on(&terrain, &shaped.relief, trip)?;
         resolved.add_readings(&robots, &mut terrain);
         let mut brief = resolved.brief_on(&terrain, &robots)?;
+        let table = resolved.motion_table()?;
         terrain.treasures = resolved.treasures_on(&brief, &terrain)?;
         brief.priors.treasures = terrain.treasures.len() as u32;
         resolved.check_hopper(&terrain.grid)?;
         resolved.truth.dynamics.check(&terrain.grid)?;
         resolved.check_vertical()?;
         // The wire messages check every bound that applies to scenarios too.
+        if let Some(table) = &table {
+            let hoppers = brief.robots.iter_mut().filter_map(|robot| match &mut robot.body {
+                Body::Hopper(hopper) => Some(hopper),
+                _ => None,
+            });
+            hoppers.for_each(|hopper| hopper.motion.table = table.fingerprint());
+        }
         let robots: Vec<RobotV1> = brief.robots.iter().map(RobotV1::from).collect();
         brief = brief_from_wire(&BriefV10::from(&brief), &robots).map_err(ScenarioError::Brief)?;
         resolved.truth.dynamics.check_hops(&brief, &terrain)?;
         for ground in &terrain.cells {
             Ground::try_from(&GroundV2::from(ground)).map_err(ScenarioError::Brief)?;
         }
-        brief.scenario_hash = hash(&resolved, &terrain);
+        brief.scenario_hash = hash(&resolved, &terrain, table.as_deref());
         Ok(ResolvedScenario {
             resolved: canonical(&resolved),
             hash: brief.scenario_hash,
@@ -84,6 +92,7 @@ impl Scenario {
             planners: resolved.planners()?,
             faults: resolved.faults,
             dynamics: resolved.truth.dynamics,
+            table,
             terrain: Arc::new(terrain),
             brief,
         })
@@ -111,6 +120,9 @@ impl Scenario {
         }
         if let Some(mask) = &mut self.truth.sand.mask_file {
             *mask = existing("truth.sand.mask_file", &folder.join(&*mask))?;
+        }
+        if let Some(table) = &mut self.brief.motion.table {
+            *table = existing("brief.motion.table", &folder.join(&*table))?;
         }
         for file in self.truth.mobility.iter_mut().flat_map(Mobility::files) {
             *file = existing("truth.mobility", &folder.join(&*file))?;
@@ -427,6 +439,7 @@ impl Scenario {
                 launch_angle_rad: launch_angle_deg.to_radians(),
                 gravity_mps2,
                 vertical,
+                table: 0,
             },
             sensor: SensorParameters {
                 gain: sensor.gain,

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use contract::{Brief, Name};
+use contract::{Brief, MotionRow, MotionTable, Name};
 use sha2::{Digest as _, Sha256};
 use terrain::Terrain;
 
@@ -20,12 +20,14 @@ pub struct ResolvedScenario {
     pub faults: Vec<Fault>,
     /// Where a hop ends. Part of the truth: only hopper-sim knows it.
     pub dynamics: Dynamics,
+    /// Where hops end as planners are to believe it; `None` for the four branches.
+    pub table: Option<Arc<MotionTable>>,
     /// The planner that each robot names, if it names one.
     pub planners: Vec<Option<Name>>,
     /// Canonical TOML with file paths absolute, and with what depends on the ground filled in; it resolves to the same value. Of
     /// robots, goals, guard and readings a field at its default is left out.
     pub resolved: String,
-    /// SHA-256 over what the mission depends on: the canonical text and the bits of every cell.
+    /// SHA-256 over what the mission depends on: the canonical text, the bits of every cell, and those of the motion table if there is one.
     ///
     /// Only the last part of a file path is hashed, since the cells stand for the contents: an elevation
     /// model moved to another folder is the same mission, a changed one is another. The decision budget is
@@ -56,11 +58,12 @@ pub(crate) fn hashed(scenario: &Scenario) -> Scenario {
         file.nodata = None;
     }
     portable.truth.sand.mask_file.iter_mut().for_each(name_only);
+    portable.brief.motion.table.iter_mut().for_each(name_only);
     portable
 }
 
 /// See [`ResolvedScenario::hash`].
-pub(crate) fn hash(scenario: &Scenario, terrain: &Terrain) -> [u8; 32] {
+pub(crate) fn hash(scenario: &Scenario, terrain: &Terrain, table: Option<&MotionTable>) -> [u8; 32] {
     let mut hasher = Sha256::new();
     let text = canonical(&hashed(scenario));
     hasher.update(b"hopper scenario v1");
@@ -82,6 +85,10 @@ pub(crate) fn hash(scenario: &Scenario, terrain: &Terrain) -> [u8; 32] {
     }
     for probability in terrain.prior.iter().flat_map(|prior| prior.probabilities()) {
         hasher.update(probability.to_bits().to_le_bytes());
+    }
+    for landing in table.iter().flat_map(|table| table.rows()).flat_map(MotionRow::all) {
+        hasher.update([landing.forward.cast_unsigned(), landing.left.cast_unsigned()]);
+        hasher.update(landing.probability.to_bits().to_le_bytes());
     }
     hasher.finalize().into()
 }

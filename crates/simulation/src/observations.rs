@@ -6,7 +6,7 @@ use contract::limits::PAST_PAGE_RECORDS;
 use contract::{
     Action, Announcement, Brief, Command, Control, Heartbeat, Incarnation, MapPage, MapPatch, MapRequest,
     Message, MonotonicNs, Order, Pacing, PastPage, PastRequest, Policy, PriorPage, PriorRequest, Record,
-    Role, RoutePage, RouteRequest, State, Team, TruthPage, TruthRequest,
+    Role, RoutePage, RouteRequest, State, TablePage, Team, TruthPage, TruthRequest,
 };
 use planner::Situation;
 use recording::{Recording, last_run};
@@ -391,6 +391,8 @@ impl World {
         } else if let Some(page) = response.downcast_ref::<PriorPage>() {
             self.checker.prior_served(page);
             self.coverage.count(Stream::of::<Asked<PriorRequest>>().as_str(), "answered");
+        } else if let Some(page) = response.downcast_ref::<TablePage>() {
+            self.checker.table_served(page);
         } else if let (Some(request), Some(page)) =
             (request.downcast_ref::<RouteRequest>(), response.downcast_ref::<RoutePage>())
         {

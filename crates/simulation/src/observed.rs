@@ -2,7 +2,9 @@
 
 use std::sync::{Arc, Mutex};
 
-use contract::{Brief, Leg, Name, ObservedMap, PolicyCell, Prior, Robot, Route, Routes, State, Team};
+use contract::{
+    Brief, Leg, MotionTable, Name, ObservedMap, PolicyCell, Prior, Robot, Route, Routes, State, Team,
+};
 use planner::{Budget, Plan, Planner, Scouting, Situation};
 
 /// What the planner was last given, until the checker has looked at it.
@@ -17,20 +19,37 @@ pub(crate) struct Given {
     state: State,
     team: Option<Team>,
     scouting: Option<(Prior, Routes)>,
+    table: Option<MotionTable>,
 }
 
 impl Given {
     fn of(situation: &Situation<'_>) -> Self {
         let scouting = situation.scouting.map(|scouting| (scouting.prior.clone(), scouting.routes.clone()));
-        let Situation { brief, leg, map, state, team, .. } = *situation;
+        let Situation { brief, leg, map, state, team, table, .. } = *situation;
         let (leg, team) = (leg.copied(), team.cloned());
-        Self { brief: brief.clone(), leg, map: map.clone(), state: *state, team, scouting }
+        Self {
+            brief: brief.clone(),
+            leg,
+            map: map.clone(),
+            state: *state,
+            team,
+            scouting,
+            table: table.cloned(),
+        }
     }
 
     pub fn situation(&self) -> Situation<'_> {
-        let Self { brief, leg, map, state, team, scouting } = self;
+        let Self { brief, leg, map, state, team, scouting, table } = self;
         let scouting = scouting.as_ref().map(|(prior, routes)| Scouting { prior, routes });
-        Situation { brief, leg: leg.as_ref(), map, state, team: team.as_ref(), scouting }
+        Situation {
+            brief,
+            leg: leg.as_ref(),
+            map,
+            state,
+            team: team.as_ref(),
+            scouting,
+            table: table.as_ref(),
+        }
     }
 }
 

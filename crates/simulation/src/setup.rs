@@ -286,6 +286,7 @@ fn rover_mission(seed: u64, number: u64) -> Mission {
         terrain: Terrain { grid, cells, treasures: Vec::new(), prior: Vec::new() }.into(),
         seed: chance.bits(),
         dynamics: Default::default(),
+        table: None,
         faults,
     }
 }
@@ -346,6 +347,7 @@ fn hopper_mission(seed: u64, number: u64, vertical: Vertical) -> Mission {
         } else {
             dynamics(seed, number)
         },
+        table: None,
         faults: Vec::new(),
     }
 }

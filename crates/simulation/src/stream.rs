@@ -77,7 +77,7 @@ impl Visitor for Streams {
 impl Stream {
     /// Every stream of these missions: a lone hopper's have no [`contract::Team`], only helicopters and those they look
     /// ahead for announce routes, only ground of uncertain speed has a prior. Details of hops are left out: only monitors ask for them, in
-    /// missions that are not under the law.
+    /// missions that are not under the law. So is the motion table: no mission that is drawn has one.
     #[must_use]
     pub fn all(missions: Missions) -> Vec<Stream> {
         let teams = Stream::of::<contract::Team>();
@@ -92,7 +92,9 @@ impl Stream {
         ];
         let of_details =
             [Stream::of::<Asked<contract::DetailRequest>>(), Stream::of::<Answered<contract::DetailPage>>()];
-        let has_asker = |stream: &Stream| !of_details.contains(stream);
+        let of_table =
+            [Stream::of::<Asked<contract::TableRequest>>(), Stream::of::<Answered<contract::TablePage>>()];
+        let has_asker = |stream: &Stream| !of_details.contains(stream) && !of_table.contains(stream);
         let is_used = |stream: &Stream| match missions {
             Missions::Hopper | Missions::Protocol => !of_routes.contains(stream) && *stream != teams,
             Missions::Rovers => !of_routes.contains(stream),

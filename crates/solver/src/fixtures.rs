@@ -252,7 +252,7 @@ fn bell_row(along: f64, across: f64, spread: f64) -> Row {
     let whole: f64 = OFFSETS.into_iter().map(weight).sum();
     let landing =
         |offset: (i8, i8)| Landing { forward: offset.0, left: offset.1, probability: weight(offset) / whole };
-    Row { landings: OFFSETS.into_iter().map(landing).collect() }
+    Row { landings: OFFSETS.into_iter().map(landing).collect(), waits: false }
 }
 
 /// Maps the range of `values` to [0, 1].

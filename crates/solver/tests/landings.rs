@@ -13,7 +13,13 @@ fn landing(forward: i8, left: i8, probability: f64) -> Landing {
 }
 
 fn table(rows: Vec<Vec<Landing>>) -> LandingTable {
-    LandingTable::new(rows.into_iter().map(|landings| Row { landings }).collect()).unwrap()
+    LandingTable::new(
+        rows.into_iter()
+            .enumerate()
+            .map(|(number, landings)| Row { landings, waits: number % 2 == 1 })
+            .collect(),
+    )
+    .unwrap()
 }
 
 /// Of sand and hard ground: short, long, stray, and now and then lost.
@@ -83,11 +89,13 @@ proptest! {
 /// The law of the papers is a table of four landings: on level ground both solvers find the same values.
 #[test]
 fn a_table_of_four_landings_is_the_law() {
-    let soil = Soil { intended: 0.8, stuck: 0.1, sideways: 0.05, wait: 0.0 };
     let row = vec![landing(1, 0, 0.8), landing(0, 0, 0.1), landing(0, 1, 0.05), landing(0, -1, 0.05)];
-    for leaving in [Leaving::Stays, Leaving::Loses] {
+    let cases = [Leaving::Stays, Leaving::Loses].map(|leaving| [(leaving, false), (leaving, true)]);
+    for (leaving, waits) in cases.into_iter().flatten() {
+        let soil = Soil { intended: 0.8, stuck: 0.1, sideways: 0.05, wait: f64::from(u8::from(waits)) };
         let rules = TableRules { discount: 0.99, loss: -30.0, leaving };
-        let mut by_table = TableWorld::new(23, 17, rules, table(vec![row.clone()])).unwrap();
+        let by_row = LandingTable::new(vec![Row { landings: row.clone(), waits }]).unwrap();
+        let mut by_table = TableWorld::new(23, 17, rules, by_row).unwrap();
         let rules = Rules { discount: 0.99, loss: -30.0, leaving, soils: vec![soil] };
         let mut by_law = GridWorld::new(23, 17, rules).unwrap();
         for node in 0..by_law.nodes() {
@@ -143,7 +151,8 @@ fn what_no_double_can_certify_ends_at_the_limit() {
 
 #[test]
 fn tables_that_are_none_are_refused_by_row() {
-    let refused = |landings: Vec<Landing>| LandingTable::new(vec![Row::default(), Row { landings }]);
+    let refused =
+        |landings: Vec<Landing>| LandingTable::new(vec![Row::default(), Row { landings, waits: false }]);
     assert_eq!(LandingTable::new(Vec::new()), Err(Error::Rows { got: 0, rows_max: 16_384 }));
     assert!(matches!(refused(vec![landing(0, 0, 0.0); 14]), Err(Error::Landings { row: 1, got: 14, .. })));
     for wrong in [landing(9, 0, 0.1), landing(0, -9, 0.1), landing(1, 0, -0.1), landing(1, 0, f64::NAN)] {

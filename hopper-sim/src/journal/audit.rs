@@ -86,6 +86,8 @@ impl Audit {
             terrain,
             seed: *seed,
             dynamics: dynamics.clone(),
+            // Nobody plans.
+            table: None,
             faults: faults.clone(),
         });
         let begin = |mission| Arbiter::new(mission, None, Pace::Max, 0, MonotonicNs(0)).without_deadlines();

@@ -37,7 +37,9 @@ impl JournalHeader {
         let need = JournalHeader::new(&world, self.seed);
         let has_other_hash = need.brief.scenario_hash != self.brief.scenario_hash;
         let other_contents = || NoWorld::NotAtHand("its files have other contents than they had".into());
-        if has_other_hash && names_files && need.brief.grid != self.brief.grid {
+        let differs =
+            need.brief.grid != self.brief.grid || need.brief.motion_table() != self.brief.motion_table();
+        if has_other_hash && names_files && differs {
             return Err(other_contents());
         }
         let Brief { run, scenario_hash, .. } = self.brief;

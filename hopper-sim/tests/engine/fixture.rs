@@ -30,6 +30,7 @@ pub fn brief() -> Brief {
         launch_angle_rad: std::f64::consts::FRAC_PI_4,
         gravity_mps2: 3.72,
         vertical: false,
+        table: 0,
     };
     let sensor = SensorParameters {
         gain: 2.0,
@@ -90,6 +91,7 @@ pub fn mission() -> Mission {
         brief,
         seed: 42,
         dynamics: Default::default(),
+        table: None,
         faults: Vec::new(),
     }
 }

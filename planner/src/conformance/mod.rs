@@ -122,6 +122,7 @@ impl Case<'_> {
             state: &state,
             team: None,
             scouting: None,
+            table: None,
         };
         planner.plan(&situation, budget)
     }

@@ -80,6 +80,7 @@ impl PracticeWorld {
             launch_angle_rad: std::f64::consts::FRAC_PI_4,
             gravity_mps2: 3.72,
             vertical: false,
+            table: 0,
         };
         let sensor = SensorParameters {
             gain: 2.0,

@@ -6,9 +6,10 @@ pub mod listed_model;
 pub mod model;
 pub mod online_model;
 pub mod policy;
+pub mod table_model;
 pub mod treasure_sets;
 
-use contract::{Action, Cell, Name, PolicyCell};
+use contract::{Action, Cell, MotionTable, Name, PolicyCell};
 use solver::online::Method;
 use solver::{GoalSearch, SolveStatus, Solver};
 
@@ -16,6 +17,7 @@ use self::hunt::Hunt;
 use self::listed_model::ListedModel;
 use self::model::Model;
 use self::online_model::OnlineModel;
+use self::table_model::TableModel;
 use self::treasure_sets::TreasureSets;
 use crate::names;
 use crate::plan::{Budget, Plan, PlanStatus, Planner, Pulse, Situation};
@@ -35,6 +37,8 @@ use crate::plan::{Budget, Plan, PlanStatus, Planner, Pulse, Situation};
 ///   `hopper`, there is little to veto.
 /// - **With the vertical hop**, in profile `paper-2022`, and in readings of P23 that plan over seen ground alone, no slope describes the
 ///   hops: [`listed_model`] lists them, and is solved from nothing, without a hunt.
+/// - **With a motion table** the landings are the table's: [`table_model`], solved from nothing, without treasures. Without the
+///   table that the brief names, or with another, the action is to hold.
 /// - **Known treasures** are planned for by [`treasure_sets`], with one model for each set of them, solved from nothing.
 /// - **A hunt** ([`hunt`]) values treasures higher, and looks for those not yet seen; its model is solved from nothing too.
 #[derive(Clone, Debug, Default)]
@@ -50,6 +54,9 @@ pub struct Mdp {
     /// The last model of listed hops, and whether it is that of the last plan.
     listed: Option<ListedModel>,
     is_listed: bool,
+    /// The last model by a motion table, and whether it is that of the last plan.
+    table: Option<TableModel>,
+    is_by_table: bool,
 }
 
 impl Planner for Mdp {
@@ -62,8 +69,17 @@ impl Planner for Mdp {
         self.model = None;
         self.is_online = false;
         self.is_listed = false;
+        self.is_by_table = false;
         if here == situation.leg().goal {
             return Plan::at_once(Action::Hold, PlanStatus::Solved);
+        }
+        let fingerprint = situation.leg().motion.table;
+        match situation.table {
+            Some(table) if table.fingerprint() == fingerprint => {
+                return self.plan_by_table(situation, table, budget);
+            }
+            _ if fingerprint != 0 => return Plan::at_once(Action::Hold, PlanStatus::Infeasible),
+            _ => {}
         }
         if listed_model::is_listed(situation.leg()) {
             return self.plan_listed(situation, budget);
@@ -106,6 +122,9 @@ impl Planner for Mdp {
         if self.is_listed {
             return self.listed.as_ref().map(ListedModel::policy);
         }
+        if self.is_by_table {
+            return self.table.as_ref().map(TableModel::policy);
+        }
         let Model { lattice, world } = self.model.as_ref()?;
         let mut cells = policy::cells(world, lattice, self.solver.values());
         for (cell, policy) in lattice.grid.iter().zip(&mut cells) {
@@ -146,6 +165,33 @@ impl Mdp {
         };
         self.is_listed = true;
         let action = self.listed.insert(listed).action(here, state.vetoed);
+        Plan { action, status, work, error_bound }
+    }
+
+    /// Plans with the landings of `table`. Where nothing about the process has changed, its values are kept.
+    fn plan_by_table(&mut self, situation: &Situation<'_>, table: &MotionTable, budget: &Budget) -> Plan {
+        let state = situation.state;
+        let here = state.pose.cell;
+        let mut model = TableModel::new(situation, table);
+        if !model.leads_to_goal(here) {
+            return Plan::at_once(Action::Hold, PlanStatus::Infeasible);
+        }
+        let keeps = budget.work_max.is_none();
+        let kept = self.table.take().filter(|kept| keeps && kept.is_solved_as(&model));
+        let (model, work, error_bound, status) = match kept {
+            Some(kept) => {
+                let error_bound = kept.error_bound();
+                (kept, 0, error_bound, PlanStatus::Solved)
+            }
+            None => {
+                let solution = model.solve(budget);
+                let is_cut = solution.status == SolveStatus::Cut;
+                let status = if is_cut { PlanStatus::Cut } else { PlanStatus::Solved };
+                (model, solution.sweeps, solution.certificate.error_bound, status)
+            }
+        };
+        self.is_by_table = true;
+        let action = self.table.insert(model).action(here, state.vetoed);
         Plan { action, status, work, error_bound }
     }
 

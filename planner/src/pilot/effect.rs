@@ -1,6 +1,6 @@
 //! What a pilot wants done.
 
-use contract::{Command, Leader, MapRequest, PriorRequest, RouteRequest, Status, Term};
+use contract::{Command, Leader, MapRequest, PriorRequest, RouteRequest, Status, TableRequest, Term};
 
 /// What a pilot wants done.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -9,6 +9,8 @@ pub enum Effect {
     RequestMap(MapRequest),
     /// Ask for the prior.
     RequestPrior(PriorRequest),
+    /// Ask hopper-sim for a page of the motion table.
+    RequestTable(TableRequest),
     /// Ask for the points of a route.
     RequestRoute(RouteRequest),
     /// Plan for [`crate::pilot::Pilot::situation`], then report [`crate::pilot::Event::Planned`]; unless the plan was reported

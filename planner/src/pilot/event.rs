@@ -1,7 +1,7 @@
 //! What happens to a pilot.
 
 use contract::{
-    Brief, Heartbeat, MapPage, MapPatch, MonotonicNs, PriorPage, Refusal, RoutePage, State, Team,
+    Brief, Heartbeat, MapPage, MapPatch, MonotonicNs, PriorPage, Refusal, RoutePage, State, TablePage, Team,
 };
 
 use crate::Plan;
@@ -22,6 +22,8 @@ pub enum Event {
     Page(MapPage),
     /// A page of the prior that was asked for.
     Prior(PriorPage),
+    /// A page of the motion table.
+    Table(TablePage),
     /// A route that was asked for.
     Route(RoutePage),
     /// A message about the map was malformed.

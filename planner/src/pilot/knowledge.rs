@@ -2,9 +2,9 @@
 
 use contract::{
     Account, Brief, Decision, Leader, Leg, MapPage, MapPatch, MapRequest, Member, MonotonicNs, Pose,
-    PriorPage, Refusal, RobotId, RobotSet, RouteId, RoutePage, RunId, State, Status, Team,
+    PriorPage, Refusal, RobotId, RobotSet, RouteId, RoutePage, RunId, State, Status, TablePage, Team,
 };
-use follow::{Heard, Mission, PriorFollower, Replica, RouteFollower};
+use follow::{Heard, Mission, PriorFollower, Replica, RouteFollower, TableFollower};
 
 use super::effect::Effect;
 use super::given::Given;
@@ -37,6 +37,8 @@ pub(super) struct Knowledge {
     map: Replica,
     /// What is known beforehand of uncertain ground.
     prior: PriorFollower,
+    /// Where hops end, as planners are to believe it.
+    table: TableFollower,
     routes: RouteFollower,
 }
 
@@ -52,6 +54,7 @@ impl Knowledge {
             given: Given::default(),
             map: Replica::new(RobotId(0)),
             prior: PriorFollower::default(),
+            table: TableFollower::default(),
             routes: RouteFollower::default(),
         }
     }
@@ -60,6 +63,7 @@ impl Knowledge {
     pub fn brief(&mut self, brief: Brief) -> bool {
         let before = self.mission.hear_brief(brief.clone());
         self.prior.begin(&brief);
+        self.table.begin(&brief);
         if brief.sampling.is_some() {
             self.routes.begin(brief.run);
         }
@@ -113,6 +117,13 @@ impl Knowledge {
         }
     }
 
+    /// Takes a page of the motion table.
+    pub fn table(&mut self, page: TablePage) {
+        if let Err(refusal) = self.table.page(page) {
+            self.map.refuse(&refusal);
+        }
+    }
+
     /// Takes a route that was asked for.
     pub fn route(&mut self, page: RoutePage) {
         self.routes.page(page);
@@ -138,8 +149,9 @@ impl Knowledge {
         }
     }
 
-    /// Asks for what is missing of the prior and of the announced routes, where robots go from point to point.
+    /// Asks for what is missing of the motion table, and where robots go from point to point of the prior and of the announced routes.
     pub fn gather(&mut self, now: MonotonicNs, effects: &mut Vec<Effect>) {
+        effects.extend(self.table.ask(now).map(Effect::RequestTable));
         if !self.needs_scouting() {
             return;
         }
@@ -169,14 +181,17 @@ impl Knowledge {
         let scouting = if needs_scouting { Some(self.scouting()?) } else { None };
         let due = brief.robots.at(team.map_or(RobotId(0), |team| team.due))?;
         if !due.body.hops() {
-            return Some(Situation { brief, leg: None, map, state, team, scouting });
+            return Some(Situation { brief, leg: None, map, state, team, scouting, table: None });
         }
-        let leg = Some(self.leg.as_ref()?);
+        if self.table.is_missing() {
+            return None;
+        }
+        let (leg, table) = (Some(self.leg.as_ref()?), self.table.table());
         Some(match brief.account {
-            Account::Hopper => Situation { brief, leg, map, state, team, scouting },
+            Account::Hopper => Situation { brief, leg, map, state, team, scouting, table },
             Account::Actions | Account::ActionsWithoutWaits => {
                 let map = self.closed.as_ref().map_or(map, ClosedMap::map);
-                Situation { brief, leg, map, state: self.own_state.as_ref()?, team, scouting }
+                Situation { brief, leg, map, state: self.own_state.as_ref()?, team, scouting, table }
             }
         })
     }
@@ -222,6 +237,9 @@ impl Knowledge {
         }
         if self.needs_scouting() && self.scouting().is_none() {
             return Some("hopper-sim: the prior, or the routes of this decision");
+        }
+        if self.table.is_missing() {
+            return Some("hopper-sim: the motion table");
         }
         let behind = !self.map.map().is_some_and(|map| map.is_of(state));
         (behind && !state.status.is_over()).then_some("perception: no map of this decision yet")

@@ -52,6 +52,7 @@ pub const MOTION: MotionParameters = MotionParameters {
     launch_angle_rad: FRAC_PI_4,
     gravity_mps2: 3.72,
     vertical: false,
+    table: 0,
 };
 
 /// The map with these treasures seen and not yet collected.
@@ -236,7 +237,15 @@ impl World {
 
     /// What there is to plan for.
     pub fn situation<'a>(&'a self, map: &'a ObservedMap, state: &'a State) -> Situation<'a> {
-        Situation { brief: &self.brief, leg: Some(&self.leg), map, state, team: None, scouting: None }
+        Situation {
+            brief: &self.brief,
+            leg: Some(&self.leg),
+            map,
+            state,
+            team: None,
+            scouting: None,
+            table: None,
+        }
     }
 
     /// What `planner` answers at `cell` on `map`, without a bound on its work.

@@ -129,6 +129,7 @@ pub fn mission() -> Mission {
         terrain: world().terrain.clone(),
         seed: 42,
         dynamics: Default::default(),
+        table: None,
         faults: Vec::new(),
     }
 }

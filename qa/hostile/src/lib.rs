@@ -28,7 +28,7 @@ pub struct Target {
 }
 
 /// All readers; `fuzz/fuzz_targets` has a target for each.
-pub const TARGETS: [Target; 25] = [
+pub const TARGETS: [Target; 26] = [
     Target { name: "scenario", read: scenario::read, seeds: scenario::seeds },
     Target { name: "campaign", read: campaign::read, seeds: campaign::seeds },
     Target { name: "checkpoint", read: campaign::read_checkpoint, seeds: campaign::checkpoints },
@@ -49,6 +49,7 @@ pub const TARGETS: [Target; 25] = [
     Target { name: "route", read: wire::route, seeds: wire::routes },
     Target { name: "detail_page", read: wire::detail_page, seeds: wire::detail_pages },
     Target { name: "prior_page", read: wire::prior_page, seeds: wire::prior_pages },
+    Target { name: "table_page", read: wire::table_page, seeds: wire::table_pages },
     Target { name: "policy", read: wire::policy, seeds: wire::policies },
     Target { name: "truth_page", read: wire::truth_page, seeds: wire::truth_pages },
     Target { name: "cell", read: wire::cell, seeds: wire::cells },

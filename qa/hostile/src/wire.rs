@@ -8,23 +8,23 @@ use std::fmt::Debug;
 use bytemuck::Zeroable;
 use contract::limits::{
     DETAIL_POINTS_MAX, MAP_PAGE_CELLS, MAP_PATCH_CELLS, PAST_PAGE_RECORDS, PRIOR_PAGE_CELLS, ROBOTS_MAX,
-    ROUTE_POINTS_MAX, TRUTH_PAGE_CELLS,
+    ROUTE_POINTS_MAX, TABLE_PAGE_ROWS, TRUTH_PAGE_CELLS,
 };
 use contract::wire::{
     AnnouncementV1, BriefV10, CommandV3, ControlV1, DetailPageV1, DetailRequestV1, GroundV2, HeartbeatV2,
-    MapPageV2, MapPatchV2, MapRequestV1, MemberV6, PastHeaderV1, PastRequestV1, PathPointV1, PolicyCellV1,
-    PolicyHeaderV1, PriorCellV1, PriorPageV1, PriorRequestV1, RecordV5, RobotV1, RoutePageV1, RouteRequestV1,
-    SeenCellV4, StateV4, TeamHeaderV1, TempoV1, TruthPageV1, TruthRequestV1, WaypointV1, Wire,
-    announcement_from_wire, brief_from_wire, detail_page_from_wire, map_page_from_wire, page_from_wire,
-    patch_from_wire, policy_from_wire, prior_page_from_wire, route_page_from_wire, team_from_wire,
-    truth_page_from_wire,
+    MapPageV2, MapPatchV2, MapRequestV1, MemberV6, MotionRowV1, PastHeaderV1, PastRequestV1, PathPointV1,
+    PolicyCellV1, PolicyHeaderV1, PriorCellV1, PriorPageV1, PriorRequestV1, RecordV5, RobotV1, RoutePageV1,
+    RouteRequestV1, SeenCellV4, StateV4, TablePageV1, TableRequestV1, TeamHeaderV1, TempoV1, TruthPageV1,
+    TruthRequestV1, WaypointV1, Wire, announcement_from_wire, brief_from_wire, detail_page_from_wire,
+    map_page_from_wire, page_from_wire, patch_from_wire, policy_from_wire, prior_page_from_wire,
+    route_page_from_wire, table_page_from_wire, team_from_wire, truth_page_from_wire,
 };
 use contract::{
     Announcement, Cell, Command, Control, Decision, Detail, DetailPage, DetailRequest, Direction, Ground,
-    Heartbeat, MapPage, MapPatch, MapRequest, Member, MotionModel, Order, Pace, Pacing, PastRequest,
-    PathPoint, Placement, Policy, PolicyCell, PriorCell, PriorPage, PriorRequest, Record, Refusal, RobotId,
-    Route, RoutePage, RouteRequest, SeenCell, SpeedPrior, Standing, State, Team, TruthPage, TruthRequest,
-    Waypoint,
+    Heartbeat, MapPage, MapPatch, MapRequest, Member, MotionModel, MotionRow, Order, Pace, Pacing,
+    PastRequest, PathPoint, Placement, Policy, PolicyCell, PriorCell, PriorPage, PriorRequest, Record,
+    Refusal, RobotId, Route, RoutePage, RouteRequest, SeenCell, SpeedPrior, Standing, State, TableLanding,
+    TablePage, TableRequest, Team, TruthPage, TruthRequest, Waypoint,
 };
 use hopper_sim::ROBOT;
 use perception::Observation;
@@ -127,6 +127,17 @@ pub fn prior_page(bytes: &[u8]) {
         prior_page_from_wire(&PriorPageV1::from(page), &cells)
     });
     there_and_back::<PriorRequestV1, PriorRequest>(&header(bytes).0);
+}
+
+/// Reads an answer of `hop/table`.
+pub fn table_page(bytes: &[u8]) {
+    let (page, rest) = header(bytes);
+    paged(table_page_from_wire(&page, &payload(rest)), |page| {
+        assert!(page.rows.len() <= TABLE_PAGE_ROWS);
+        let rows: Vec<MotionRowV1> = page.rows.iter().map(MotionRowV1::from).collect();
+        table_page_from_wire(&TablePageV1::from(page), &rows)
+    });
+    there_and_back::<TableRequestV1, TableRequest>(&header(bytes).0);
 }
 
 /// Reads an answer of `hop/details`.
@@ -375,6 +386,17 @@ pub fn prior_pages() -> Vec<Vec<u8>> {
     let page = PriorPage { run: state.run, grid: fixtures::brief().grid, from: 1, cells };
     let cells: Vec<PriorCellV1> = page.cells.iter().map(PriorCellV1::from).collect();
     vec![bytes_of(&PriorPageV1::from(&page), &cells)]
+}
+
+/// A page of two rows.
+#[must_use]
+pub fn table_pages() -> Vec<Vec<u8>> {
+    let state = &fixtures::flown().1[0];
+    let landing = |forward, probability| TableLanding { forward, left: -1, probability };
+    let row = MotionRow::new(&[landing(1, 0.5), landing(-8, 0.25)]).expect("landings within reach");
+    let page = TablePage { run: state.run, from: 1, rows: vec![row, MotionRow::default()] };
+    let rows: Vec<MotionRowV1> = page.rows.iter().map(MotionRowV1::from).collect();
+    vec![bytes_of(&TablePageV1::from(&page), &rows)]
 }
 
 /// A hop of two points.

@@ -233,6 +233,7 @@ fn every_planner_decides_under_every_brief_that_passes() {
                 state: &state,
                 team: None,
                 scouting: None,
+                table: None,
             };
             let plan = planner.plan(&situation, &Budget::of(Some(WORK_MAX)));
             assert!(plan.error_bound >= 0.0, "{name}: {} under {brief:?}", plan.error_bound);

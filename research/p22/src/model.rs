@@ -215,6 +215,7 @@ fn parameters(map: &KnownMap) -> MotionParameters {
         launch_angle_rad: FLAT_RAD,
         gravity_mps2: GRAVITY_MPS2,
         vertical: false,
+        table: 0,
     }
 }
 

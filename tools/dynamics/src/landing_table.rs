@@ -1,6 +1,6 @@
 //! Where hops end, by soil and slope: what a planner may believe in place of the law of the papers.
 
-use contract::Soil;
+use contract::{MotionRow, MotionTable, Soil};
 use std::collections::BTreeMap;
 
 use campaign::statistics::wilson;
@@ -12,13 +12,13 @@ use serde::Serialize;
 use crate::hopper_on::{HOP_M, HopperOn, soil_of};
 
 /// Distance between the slopes of two classes, degrees.
-pub const BIN_DEG: f64 = 2.5;
+pub const BIN_DEG: f64 = MotionTable::BIN_DEG;
 
 /// Classes to each side of level ground.
-const BINS: i32 = 12;
+const BINS: i32 = MotionTable::BINS;
 
 /// Most landings of a class that are kept one by one.
-pub const LANDINGS_MAX: usize = 12;
+pub const LANDINGS_MAX: usize = MotionRow::LANDINGS_MAX - 1;
 
 /// Hops of a class on ground too steep to rest on.
 const TOO_STEEP_HOPS: u64 = 100;

@@ -118,6 +118,13 @@ impl Brief {
         self.robots.iter().any(|robot| robot.body.along_route().is_some())
     }
 
+    /// Fingerprint of the motion table that planners of hoppers believe; 0 where they believe the four branches.
+    #[must_use]
+    pub fn motion_table(&self) -> u64 {
+        let tables = self.robots.iter().filter_map(|robot| Some(robot.as_hopper()?.0.table));
+        tables.max().unwrap_or_default()
+    }
+
     /// How much ground rovers shall cover, if any shall.
     #[must_use]
     pub fn cover(&self) -> Option<Cover> {

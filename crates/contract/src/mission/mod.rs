@@ -6,6 +6,7 @@ pub mod brief;
 pub mod goal;
 pub mod kind;
 pub mod leg;
+pub mod motion_table;
 pub mod pace;
 pub mod reading;
 pub mod robot;

@@ -24,6 +24,7 @@ mod prior;
 mod robot;
 mod route;
 mod state;
+mod table;
 mod team;
 #[cfg(test)]
 mod tests;
@@ -44,6 +45,7 @@ pub use route::{
     AnnouncementV1, RoutePageV1, RouteRequestV1, WaypointV1, announcement_from_wire, route_page_from_wire,
 };
 pub use state::StateV4;
+pub use table::{MotionRowV1, TablePageV1, TableRequestV1, table_page_from_wire};
 pub use team::{MemberV6, TeamHeaderV1, team_from_wire};
 pub use truth::{TruthPageV1, TruthRequestV1, truth_page_from_wire};
 
@@ -58,7 +60,7 @@ pub use crate::message::Wire;
 use crate::{
     Action, Announcement, Branch, Brief, Cell, Command, Control, DetailRequest, Flight, Grid, Heartbeat,
     Incarnation, Leader, MapPatch, MapRequest, Name, Outcome, Pacing, PastRequest, Policy, Pose,
-    PriorRequest, Refusal, RouteRequest, State, Team, Term, TruthRequest,
+    PriorRequest, Refusal, RouteRequest, State, TableRequest, Team, Term, TruthRequest,
 };
 use declaration::wire;
 
@@ -80,6 +82,7 @@ pub fn visit(visitor: &mut impl Visitor) {
     visitor.request::<PriorRequest>();
     visitor.request::<RouteRequest>();
     visitor.request::<DetailRequest>();
+    visitor.request::<TableRequest>();
 }
 
 /// A side of a lattice, cells.

@@ -73,6 +73,7 @@ mod tests {
             launch_angle_rad: 0.8,
             gravity_mps2: 3.72,
             vertical: false,
+            table: 0,
         };
         let gradient = GradientSource::SeenDifferences;
         let sensor =

@@ -12,7 +12,8 @@ use crate::limits::TREASURES_MAX;
 use crate::message::{Message, Request};
 use crate::mission::kind::KindInBlock;
 use crate::{
-    Account, Body, Goal, Ground, Member, PathPoint, PolicyCell, PriorCell, Record, Robot, SeenCell, Sensor,
+    Account, Body, Goal, Ground, Member, MotionRow, PathPoint, PolicyCell, PriorCell, Record, Robot,
+    SeenCell, Sensor,
 };
 
 /// A wire type by what its declaration says.
@@ -204,6 +205,8 @@ fn every_field_is_accepted_just_inside_of_its_range_and_refused_just_outside() {
     fixed::<_, PriorRequest>(&[lowest::<PriorRequestV1>()]);
     fixed::<_, RouteRequest>(&[lowest::<RouteRequestV1>()]);
     fixed::<_, DetailRequest>(&[lowest::<DetailRequestV1>()]);
+    fixed::<_, TableRequest>(&[lowest::<TableRequestV1>()]);
+    fixed::<_, MotionRow>(&[lowest::<MotionRowV1>()]);
     fixed::<_, PathPoint>(&[lowest::<PathPointV1>()]);
     fixed::<_, TruthRequest>(&[lowest::<TruthRequestV1>()]);
     fixed::<_, State>(&[StateV4 { last: lowest(), ..lowest() }]);
@@ -219,6 +222,7 @@ fn every_field_is_accepted_just_inside_of_its_range_and_refused_just_outside() {
     let on_grid = TruthPageV1 { width: 20, height: 10, treasures: treasures(), ..lowest() };
     header(on_grid, |wire| truth_page_from_wire(wire, &[]));
     header(lowest::<PriorPageV1>(), |wire| prior_page_from_wire(wire, &[]));
+    header(lowest::<TablePageV1>(), |wire| table_page_from_wire(wire, &[]));
     header(lowest::<PastHeaderV1>(), |wire| page_from_wire(wire, &[]));
     header(lowest::<PolicyHeaderV1>(), |wire| policy_from_wire(wire, &[]));
     header(lowest::<AnnouncementV1>(), |wire| announcement_from_wire(wire, &[WaypointV1::zeroed()]));
@@ -305,6 +309,7 @@ mod samples {
             launch_angle_rad: 0.8,
             gravity_mps2: 3.72,
             vertical: false,
+            table: 0,
         };
         let gradient = GradientSource::Measured;
         let sensor =

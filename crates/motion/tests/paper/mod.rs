@@ -12,4 +12,5 @@ pub const PARAMETERS: MotionParameters = MotionParameters {
     launch_angle_rad: FRAC_PI_4,
     gravity_mps2: 3.72,
     vertical: false,
+    table: 0,
 };

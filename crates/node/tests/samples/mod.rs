@@ -72,6 +72,7 @@ pub fn brief() -> Brief {
         launch_angle_rad: 0.78,
         gravity_mps2: 3.71,
         vertical: false,
+        table: 0,
     };
     let sensor = SensorParameters {
         gain: 2.0,

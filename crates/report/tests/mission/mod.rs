@@ -24,6 +24,7 @@ pub fn brief(side: u32) -> Brief {
         launch_angle_rad: 0.785,
         gravity_mps2: 3.72,
         vertical: false,
+        table: 0,
     };
     let sensor = SensorParameters {
         gain: 2.0,

@@ -168,3 +168,45 @@ fn priors_and_datum_are_given_or_surveyed() {
     let treasures = |name: &str| scenario::load(name).unwrap().resolve().unwrap().brief.priors.treasures;
     assert_eq!((treasures("hard"), treasures("treasures")), (0, 4));
 }
+
+/// A motion table of all classes: each hop lands as aimed with this probability, and stays otherwise.
+fn motion_table(aimed: f64) -> String {
+    let mut text = "hop_m = 1.0\n".to_owned();
+    for soil in ["hard", "sand"] {
+        for along in -12..=12 {
+            for across in -12..=12 {
+                let [along, across] = [along, across].map(|bin| 2.5 * f64::from(bin));
+                let stays = 1.0 - aimed;
+                text += &format!(
+                    "[[classes]]\nsoil = \"{soil}\"\nalong_deg = {along}\nacross_deg = {across}\n\
+                     landings = [{{ offset = [1, 0], probability = {aimed} }}, \
+                     {{ offset = [0, 0], probability = {stays} }}]\n"
+                );
+            }
+        }
+    }
+    text
+}
+
+/// P-TABLE-SCENARIO: A scenario's hash covers the motion table by its contents and the name of its file, the brief has its fingerprint, and
+/// a scenario without one is as before.
+#[test]
+fn the_motion_table_is_part_of_the_scenario() {
+    let folder = Folder::new();
+    let text = format!("{HILLY}[brief.motion]\ntable = \"t.toml\"\n");
+    folder.write("t.toml", &motion_table(0.75));
+    let first = folder.world(&text).unwrap();
+    let table = first.table.clone().unwrap();
+    assert_eq!(first.brief.motion_table(), table.fingerprint());
+    assert!(table.rows().iter().all(|row| row.landings().len() == 2));
+    assert!(first.resolved.contains("t.toml"));
+    let again = Scenario::parse(&first.resolved, "resolved").unwrap().resolve().unwrap();
+    assert_eq!((again.hash, again.brief), (first.hash, first.brief.clone()));
+    folder.write("t.toml", &motion_table(0.5));
+    let other = folder.world(&text).unwrap();
+    assert_ne!(other.hash, first.hash);
+    assert_ne!(other.brief.motion_table(), first.brief.motion_table());
+    let law = folder.world(&text.replace("table = \"t.toml\"", "")).unwrap();
+    assert_eq!((law.brief.motion_table(), law.table.is_none()), (0, true));
+    assert!(!law.resolved.contains("motion"));
+}

@@ -93,6 +93,7 @@ fn in_a_line(message: &str) -> String {
 fn what_cannot_be_is_refused_by_name() {
     let folder = Folder::new();
     write_layers(&folder);
+    write_tables(&folder);
     let mut wrong = Vec::new();
     for base in bases() {
         let resolved = |text: &str| {
@@ -139,6 +140,43 @@ fn write_layers(folder: &Folder) {
     grid("holes.asc", 1000, &|x, _| if x == 1 { "-9999" } else { "0.5" });
     folder.write("small.asc", "ncols 2\nnrows 1\nxllcorner 0\nyllcorner 0\ncellsize 1\n0.5 0.5\n");
     folder.write("short.asc", "ncols 12\nnrows 9\n");
+}
+
+/// Motion tables that rows of `refusals.toml` name: each is one class, with what is wrong about it.
+fn write_tables(folder: &Folder) {
+    let head = "hop_m = 1.0\n[[classes]]\nsoil = \"hard\"\nalong_deg = 2.5\nacross_deg = -5.0\n";
+    let tables = [
+        ("one.toml", "landings = [{ offset = [1, 0], probability = 1.0 }]"),
+        (
+            "sum.toml",
+            "landings = [{ offset = [1, 0], probability = 0.9 }]\nfar = { probability = 0.2, mean = [4, 0] }",
+        ),
+        (
+            "share.toml",
+            "landings = [{ offset = [1, 0], probability = 1.5 }, { offset = [0, 0], probability = -0.5 }]",
+        ),
+        ("offset.toml", "landings = [{ offset = [3, 0], probability = 1.0 }]"),
+        (
+            "again.toml",
+            "landings = [{ offset = [1, 0], probability = 0.5 }, { offset = [1, 0], probability = 0.5 }]",
+        ),
+        ("far.toml", "far = { probability = 1.0, mean = [inf, 0] }"),
+        ("key.toml", "landing = []"),
+    ];
+    for (name, class) in tables {
+        folder.write(name, &format!("{head}{class}\n"));
+    }
+    let sure = "landings = [{ offset = [1, 0], probability = 1.0 }]\n";
+    folder.write("twice.toml", &format!("{head}{sure}{}{sure}", head.replace("hop_m = 1.0", "")));
+    folder.write("bin.toml", &format!("{}{sure}", head.replace("2.5", "3.0")));
+    folder.write("steep.toml", &format!("{}{sure}", head.replace("-5.0", "-32.5")));
+    folder.write("soil.toml", &format!("{}{sure}", head.replace("hard", "ice")));
+    folder.write("hop.toml", &format!("{}{sure}", head.replace("1.0", "5.0")));
+    folder.write("away.toml", &format!("{head}rolls_away = true\n"));
+    let offsets = (-1..=2).flat_map(|forward| (-2..=2).map(move |left| (forward, left)));
+    let all =
+        offsets.map(|(forward, left)| format!("{{ offset = [{forward}, {left}], probability = 0.05 }}"));
+    folder.write("many.toml", &format!("{head}landings = [{}]\n", all.collect::<Vec<_>>().join(", ")));
 }
 
 /// Texts that no row can bring about.

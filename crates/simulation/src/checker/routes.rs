@@ -3,7 +3,8 @@
 use std::sync::Arc;
 
 use contract::{
-    Action, Announcement, Command, Leader, PriorCell, PriorPage, Record, Route, RoutePage, RouteRequest, Team,
+    Action, Announcement, Command, Leader, PriorCell, PriorPage, Record, Route, RoutePage, RouteRequest,
+    TablePage, Team,
 };
 use planner::Situation;
 
@@ -85,6 +86,16 @@ impl Checker {
         });
     }
 
+    /// hopper-sim answers for the motion table.
+    pub(crate) fn table_served(&mut self, page: &TablePage) {
+        let rows = self.mission.table.as_ref().and_then(|table| table.rows().get(page.from as usize..));
+        let right =
+            page.run == self.mission.brief.run && rows.is_some_and(|rows| rows.starts_with(&page.rows));
+        self.require(right, "the motion table is that of the scenario", || {
+            format!("the page from class {} is not", page.from)
+        });
+    }
+
     /// Whether that is known of a cell before the mission.
     fn is_prior(&self, index: usize, got: &PriorCell) -> bool {
         let terrain = &self.mission.terrain;
@@ -98,6 +109,12 @@ impl Checker {
         if state.run != self.mission.brief.run {
             return;
         }
+        let is_table = situation.leg.is_none() || situation.table == self.mission.table.as_deref();
+        self.require(
+            is_table,
+            "every plan of a hop is made with the motion table of the scenario, if it has one",
+            || format!("at decision {} it is another", state.decision),
+        );
         // While an action is in the air the robots before it are planned with, in vain.
         let is_now = state.decision.0 == self.records.len() as u64 && state.digest == self.digest();
         if is_now && self.mission.brief.has_team() {

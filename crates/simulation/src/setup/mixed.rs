@@ -302,7 +302,14 @@ pub(super) fn mission(seed: u64, number: u64) -> Mission {
         }
     }
     brief.robots = team(&robots);
-    Mission { brief, terrain: terrain.into(), seed: chance.bits(), dynamics: dynamics(seed, number), faults }
+    Mission {
+        brief,
+        terrain: terrain.into(),
+        seed: chance.bits(),
+        dynamics: dynamics(seed, number),
+        table: None,
+        faults,
+    }
 }
 
 /// How a hopper hops, and how far it sees.

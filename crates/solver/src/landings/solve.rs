@@ -1,7 +1,8 @@
 //! Values of a world whose hops land by a table: sweeps of Gauss and Seidel, and a certificate from the definition.
 //!
 //! A sweep begins at a goal and goes outward row by row, so that a change at the goal crosses the whole map at once. Staying is solved for: with
-//! probability s of staying, V = γ (Σ p w + s (r + V)) has the solution V = γ (Σ p w + s r) / (1 − γ s). Between two sweeps over all hops, the
+//! probability s of staying, V = γ (Σ p w + s (r + V)) has the solution V = γ (Σ p w + s r) / (1 − γ s), and where a hop takes two periods
+//! V = γ (r + γ (Σ p w + s (r + V))) has V = γ² (Σ p w + s r + r / γ) / (1 − γ² s). Between two sweeps over all hops, the
 //! best hops alone are swept, at a quarter of the cost, until little of the change is left (modified policy iteration).
 
 use super::TableWorld;
@@ -90,7 +91,10 @@ fn values_of_hops(world: &TableWorld, node: usize, afterstate: impl Fn(usize) ->
             };
             next += landing.probability * lands;
         }
-        rules.discount * next
+        match row.waits {
+            true => rules.discount * (world.payoff(node) + rules.discount * next),
+            false => rules.discount * next,
+        }
     })
 }
 
@@ -128,12 +132,21 @@ struct Stencil {
     /// Its terms among those of all.
     first: u32,
     count: u32,
-    /// Probability of staying.
-    stays: f64,
+    /// How often the payoff of the departure counts: the probability s of staying, and 1 / γ where the hop waits.
+    pays: f64,
     /// What being lost adds.
     lost: f64,
-    /// γ / (1 − γ s).
+    /// γ / (1 − γ s), with γ² in place of γ where the hop waits.
     factor: f64,
+}
+
+/// The discount of a hop until it lands, and how often the payoff of its departure counts before that, in terms of landings: 1 / γ
+/// where it waits for a period.
+fn periods(discount: f64, waits: bool) -> (f64, f64) {
+    match waits {
+        true if discount > 0.0 => (discount * discount, 1.0 / discount),
+        _ => (discount, 0.0),
+    }
 }
 
 /// A landing elsewhere.
@@ -174,12 +187,13 @@ impl<'a> Sweeper<'a> {
                         terms.push(Term { by, probability: landing.probability });
                     }
                 }
+                let (discount, waiting) = periods(rules.discount, row.waits);
                 stencils.push(Stencil {
                     first,
                     count: terms.len() as u32 - first,
-                    stays,
+                    pays: stays + waiting,
                     lost: row.lost() * rules.loss,
-                    factor: rules.discount / (1.0 - rules.discount * stays),
+                    factor: discount / (1.0 - discount * stays),
                 });
             }
         }
@@ -258,7 +272,7 @@ impl<'a> Sweeper<'a> {
         let class = usize::from(self.world.classes(node)[hop]);
         let stencil = &self.stencils[4 * class + hop];
         let (first, count) = (stencil.first as usize, stencil.count as usize);
-        let mut next = stencil.lost + stencil.stays * self.world.payoff(node);
+        let mut next = stencil.lost + stencil.pays * self.world.payoff(node);
         for term in &self.terms[first..first + count] {
             next += term.probability * self.afterstates[node.wrapping_add_signed(term.by)];
         }
@@ -282,7 +296,8 @@ impl<'a> Sweeper<'a> {
                     (None, Leaving::Loses) => next += landing.probability * rules.loss,
                 }
             }
-            let value = rules.discount * (next + stays * world.payoff(node)) / (1.0 - rules.discount * stays);
+            let (discount, waiting) = periods(rules.discount, row.waits);
+            let value = discount * (next + (stays + waiting) * world.payoff(node)) / (1.0 - discount * stays);
             if value > best {
                 (best, self.best[node]) = (value, hop as u8);
             }

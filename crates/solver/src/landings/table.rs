@@ -18,6 +18,8 @@ pub struct Landing {
 pub struct Row {
     /// At most [`LandingTable::LANDINGS_MAX`].
     pub landings: Vec<Landing>,
+    /// Whether a hop takes two periods, the first of which is spent at the departure and pays for it.
+    pub waits: bool,
 }
 
 /// The rows of all classes.
@@ -48,7 +50,7 @@ impl LandingTable {
         if !(1..=Self::ROWS_MAX).contains(&rows.len()) {
             return Err(Error::Rows { got: rows.len(), rows_max: Self::ROWS_MAX });
         }
-        for (row, Row { landings }) in rows.iter().enumerate() {
+        for (row, Row { landings, .. }) in rows.iter().enumerate() {
             if landings.len() > Self::LANDINGS_MAX {
                 return Err(Error::Landings { row, got: landings.len(), landings_max: Self::LANDINGS_MAX });
             }

@@ -132,6 +132,12 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
 /// Refuses a planner that cannot decide for a hopper that is alone, and one that this program does not have.
 fn check(name: &str, is_given: bool, brief: &Brief) -> Result<(), Failure> {
     let hopper = &brief.robots[0];
+    if brief.motion_table() != 0 {
+        let need = "a recording of planners that believe the law, got one of a motion table, which no recording holds";
+        return Err(Failure::usage(format!(
+            "need {need}; `hopper journal verify --against-lockstep` decides anew"
+        )));
+    }
     match algorithm(name) {
         Err(_) if !is_given => Err(Failure::usage(format!(
             "its decisions are those of {name}, a planner of one's own: name one of {} with --planner",
@@ -178,8 +184,15 @@ fn replay(
         }
         let started = Instant::now();
         let past_state = state.of_its_past();
-        let situation =
-            Situation { brief, leg: leg.as_ref(), map, state: &past_state, team: None, scouting: None };
+        let situation = Situation {
+            brief,
+            leg: leg.as_ref(),
+            map,
+            state: &past_state,
+            team: None,
+            scouting: None,
+            table: None,
+        };
         let plan = planner.plan(&situation, &Budget::default());
         deciding += started.elapsed();
         let decided = Anew { cell: state.pose.cell, action: plan.action, observation: map.observation() };

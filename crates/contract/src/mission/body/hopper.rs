@@ -4,7 +4,8 @@ use serde::{Deserialize, Serialize};
 
 use super::BodyKind;
 use crate::block::Block;
-use crate::codec::{PROBABILITY, float, whole};
+use crate::MotionTable;
+use crate::codec::{PROBABILITY, at_most, float, whole};
 use crate::mission::kind::Kind;
 
 /// How hops scatter on one soil, on the flat (P23 section IV).
@@ -37,6 +38,14 @@ pub struct MotionParameters {
     /// collide, it hops up instead, or not at all.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub vertical: bool,
+    /// Fingerprint of the motion table that planners believe in place of the four branches
+    /// ([`crate::MotionTable::fingerprint`]); 0 for none.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub table: u64,
+}
+
+fn is_zero(number: &u64) -> bool {
+    *number == 0
 }
 
 /// Hops to one of four cells at a time. The length of a hop makes the lattice of the mission, and is the same for all.
@@ -50,7 +59,7 @@ impl Kind for Hopper {
     const NAME: &'static str = "hopper";
 
     fn parameters(&mut self, block: &mut Block<'_>) {
-        let MotionParameters { hard, sand, slope_limit_rad, launch_angle_rad, gravity_mps2, vertical } =
+        let MotionParameters { hard, sand, slope_limit_rad, launch_angle_rad, gravity_mps2, vertical, table } =
             &mut self.motion;
         for (soil, motion) in [("hard", hard), ("sand", sand)] {
             let name = |what: &str| format!("motion.{soil}.{what}");
@@ -96,6 +105,12 @@ impl Kind for Hopper {
             gravity_mps2,
         );
         block.choice("motion.vertical", "Vertical hops at 80°: 0 without, 1 with.", &[false, true], vertical);
+        block.whole(
+            "motion.table",
+            "Fingerprint of the motion table that planners believe, on `hop/table`; 0 for none.",
+            at_most(MotionTable::FINGERPRINT_MAX),
+            table,
+        );
     }
 }
 
