@@ -16,7 +16,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let mut reached = 0;
         for seed in 1..=MISSIONS {
             let (brief, terrain, faults) = (world.brief.clone(), world.terrain.clone(), world.faults.clone());
-            let mission = Mission { brief, terrain, seed, dynamics: Default::default(), faults };
+            let mission = Mission { brief, terrain, seed, dynamics: Default::default(), faults, table: None };
             let flown = fly(mission, &schedule, &mut MonotonicNs::default, &mut |_| ())?;
             reached += u64::from(flown.state.status == Status::Goal);
         }

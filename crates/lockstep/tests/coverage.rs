@@ -60,6 +60,7 @@ impl Case {
             seed: 1,
             dynamics: Default::default(),
             faults: faults.collect(),
+            table: None,
         }
     }
 

@@ -219,6 +219,7 @@ fn every_planner_decides_under_every_brief_that_passes() {
             seed: 1,
             dynamics: Default::default(),
             faults: Vec::new(),
+            table: None,
         };
         let state = *Arbiter::new(mission, None, Pace::Max, 0, NOW).state();
         let mut observation = Observation::unseen(&brief, ROBOT);
