@@ -57,7 +57,7 @@ mod tests {
     fn slopes_are_those_ahead_and_to_the_left_of_the_hop() {
         let grid = Grid::new(9, 9, 1.0, 1).unwrap();
         // Rises 10° to the east.
-        let slope = 10_f64.to_radians().tan();
+        let slope = libm::tan(10_f64.to_radians());
         let plane: Vec<Ground> = grid
             .iter()
             .map(|cell| Ground {

@@ -3,8 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use super::BodyKind;
-use crate::block::Block;
 use crate::MotionTable;
+use crate::block::Block;
 use crate::codec::{PROBABILITY, at_most, float, whole};
 use crate::mission::kind::Kind;
 
