@@ -135,14 +135,8 @@ pub(super) fn mission(seed: u64, number: u64) -> Mission {
         robots: team(&robots),
         ..brief
     };
-    Mission {
-        brief,
-        terrain: terrain.into(),
-        seed: chance.bits(),
-        dynamics: Default::default(),
-        table: None,
-        faults,
-    }
+    let (terrain, seed, dynamics) = (terrain.into(), chance.bits(), Default::default());
+    Mission { brief, terrain, seed, dynamics, table: None, faults }
 }
 
 /// Adds what a camera that is right so often reads of each cell.
