@@ -416,8 +416,9 @@ fn the_reference_has_every_service_of_a_running_mission() {
         }
         told.remove(&name);
     }
-    // Open only where robots have routes, or a motion model tells more than outcomes; their rows are compared with the registry.
-    for service in ["hop/details", "hop/prior", "hop/rN/route", "hop/routes"] {
+    // Open only where robots have routes, planners believe a table, or a motion model tells more than outcomes; their rows are
+    // compared with the registry.
+    for service in ["hop/details", "hop/prior", "hop/rN/route", "hop/routes", "hop/table"] {
         assert!(told.remove(service), "{service} is open in the mission of a hopper");
     }
     assert!(told.is_empty(), "docs/messages.md has services that are not there: {told:?}");

@@ -73,8 +73,8 @@ pub const TRUTH_PAGE_CELLS: usize = 2048;
 /// Cells in one page of the prior.
 pub const PRIOR_PAGE_CELLS: usize = 1024;
 
-/// Rows in one page of the motion table.
-pub const TABLE_PAGE_ROWS: usize = 128;
+/// Rows in one page of the motion table: few, since every mission has shared memory for its pages.
+pub const TABLE_PAGE_ROWS: usize = 16;
 
 /// Most patches of a run.
 pub const PATCHES_MAX: u64 = 1 << 44;

@@ -80,13 +80,17 @@ pub(crate) fn check_tally(tally: &Tally, landings: &[Landing]) -> Result<(), Str
     Ok(())
 }
 
-/// Checks a row of the page: the landing before the decision in milliseconds, its robot, and its stages in microseconds.
+/// Checks a row of the page: the landing before the decision in milliseconds, its robot, how long the action lasted in seconds of
+/// simulated time, and its stages in microseconds.
 ///
 /// # Errors
 /// What is wrong, if a figure is.
 pub(crate) fn check_row(row: &[f64], landing: &Landing) -> Result<(), String> {
+    let Some(lasts_s) = row.get(2).copied().filter(|lasts_s| *lasts_s >= 0.0) else {
+        return Err(format!("the page shows {row:?}, with no length of the action"));
+    };
     let is_of = |timing: &Timing| {
-        let mut need = vec![(timing.landed.0 as f64 / 1e6).round(), f64::from(landing.robot.0)];
+        let mut need = vec![(timing.landed.0 as f64 / 1e6).round(), f64::from(landing.robot.0), lasts_s];
         need.extend((0..Stage::ALL.len()).map(|stage| stage_ns(timing, stage) as f64 / 1e3));
         need.len() == row.len() && need.iter().zip(row).all(|(need, got)| (need - got).abs() <= 0.0501)
     };
