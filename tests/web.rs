@@ -54,6 +54,7 @@ fn assert_is_there(folder: &Path, shots: &[&str]) {
 /// reviewed and watched to its goal. The console stays clean, no other server is contacted, and
 /// nothing overflows a narrow window.
 /// P-CONTROL.
+// Long: one mission goes through everything in turn.
 #[test]
 fn a_mission_is_watched_and_controlled_in_a_real_browser() {
     if suites::is_left_out("page in a browser") {
@@ -383,6 +384,7 @@ fn several_robots_are_shown_on_the_page() {
 ///
 /// The legend names what is drawn, the list says what each robot is and how far its goal is, and the reason names the rule
 /// of the planner that decided.
+// Long: one browser looks at every state, and a line or two for each claim.
 #[test]
 fn the_page_holds_in_every_state() {
     if suites::is_left_out("page in a browser") {

@@ -107,7 +107,7 @@ impl std::fmt::Display for Cell {
     }
 }
 
-/// What papers fly under, and what a cell that names nothing else is flown under.
+/// What a cell is flown under that names nothing else.
 fn law() -> MotionModel {
     MotionModel::Law
 }
