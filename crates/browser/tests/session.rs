@@ -77,9 +77,9 @@ fn nobody_is_handed_over_to_who_does_not_suit_the_mission() {
     let error = hopper.hand_over("cover_frontier").unwrap_err();
     assert!(error.contains("mdp") && error.contains("cover_frontier"), "{error}");
     let mut scouted = begin("rover-helicopter");
-    let suited = scouted.suited()[0];
-    let error = scouted.hand_over(suited).unwrap_err();
-    assert!(error.contains("none"), "{error}");
+    assert!(scouted.suited().is_empty(), "robots of different kinds keep their planners");
+    let error = scouted.hand_over("rrt_star_ett").unwrap_err();
+    assert!(error.contains("keep the planners that its scenario names"), "{error}");
 }
 
 /// P-BROWSER-REWIND: On the page without a server, a tab that was away gets everything that a new

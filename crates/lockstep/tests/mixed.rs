@@ -48,7 +48,7 @@ fn the_built_in_scenario_keeps_its_digest() {
     assert_eq!(robots_of(&records).len(), 6, "every robot acts");
     assert_eq!(
         flown.state.digest.to_string(),
-        "1c02b87259a69f42c2d5d2b0978b6e4d2fcc88f97dfd1909d30be364cc924f87"
+        "09eef4d0adce11006b0e3ba7f69dd1ae19dc6ab59c534fc4c276cc140f250746"
     );
 }
 
