@@ -17,6 +17,7 @@ pub struct Reading {
     /// Steps that a mission counts for its first observation, before any hop.
     pub opening_steps: u64,
     /// What planner `mdp` takes unseen ground for.
+    #[serde(default, skip_serializing_if = "UnseenGround::is_flat")]
     pub unseen: UnseenGround,
 }
 
@@ -33,6 +34,13 @@ pub enum UnseenGround {
     Leaves,
     /// No part of the plan: it ends there, and the payoff of the landing, of which all but the distance is a guess, is paid for ever.
     Ends,
+}
+
+impl UnseenGround {
+    #[allow(clippy::trivially_copy_pass_by_ref, reason = "serde asks with a reference")]
+    fn is_flat(&self) -> bool {
+        *self == Self::Flat
+    }
 }
 
 impl UnseenGround {
