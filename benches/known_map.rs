@@ -49,15 +49,7 @@ fn main() {
             last_vetoed: contract::Vetoed::NONE,
             last_timing: Timing::default(),
         };
-        let situation = Situation {
-            brief,
-            leg: Some(&leg),
-            map: &map,
-            state: &state,
-            team: None,
-            scouting: None,
-            table: None,
-        };
+        let situation = Situation::alone(brief, &leg, &map, &state);
         for (name, paper_s) in PUBLISHED_S {
             let mut work = 0;
             let mut times_us: Vec<f64> = (0..ROUNDS)

@@ -90,14 +90,7 @@ fn patch_cells() -> usize {
     let ResolvedScenario { brief, terrain, .. } = paper_world();
     let mut cells = Vec::new();
     for seed in 0..ROUNDS {
-        let mission = Mission {
-            brief: brief.clone(),
-            terrain: terrain.clone(),
-            seed,
-            dynamics: Default::default(),
-            table: None,
-            faults: Vec::new(),
-        };
+        let mission = Mission::under_law(brief.clone(), terrain.clone(), seed);
         let mut cartographer = Cartographer::new(hopper_sim::ROBOT);
         cartographer.on(Event::Brief(brief.clone()), MonotonicNs(0));
         cartographer.on(Event::Terrain(brief.run, terrain.clone()), MonotonicNs(0));

@@ -282,9 +282,8 @@ fn the_reason_for_a_hop_is_the_planners_own() {
             if state.status.is_over() {
                 break;
             }
-            let leg = Some(&brief.leg(state.visits));
-            let situation =
-                planner::Situation { brief, leg, map: &map, state, team: None, scouting: None, table: None };
+            let leg = brief.leg(state.visits);
+            let situation = planner::Situation::alone(brief, &leg, &map, state);
             let plan = planner.plan(&situation, &planner::Budget::of(None));
             let cells = planner.policy().unwrap();
             let Action::Hop(chosen) = plan.action else { continue };

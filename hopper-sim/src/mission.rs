@@ -44,6 +44,13 @@ impl Mission {
         }
     }
 
+    /// A mission under the law, without faults, whose planners believe the four branches.
+    #[must_use]
+    pub fn under_law(brief: Brief, terrain: impl Into<Arc<Terrain>>, seed: u64) -> Self {
+        let dynamics = Dynamics::default();
+        Self { brief, terrain: terrain.into(), seed, dynamics, table: None, faults: Vec::new() }
+    }
+
     /// Start of the digest chain.
     #[must_use]
     pub fn genesis(&self) -> Digest {

@@ -30,6 +30,12 @@ pub struct Situation<'a> {
 }
 
 impl<'a> Situation<'a> {
+    /// What a hopper that goes alone decides by, where planners believe the four branches.
+    #[must_use]
+    pub fn alone(brief: &'a Brief, leg: &'a Leg, map: &'a ObservedMap, state: &'a State) -> Self {
+        Self { brief, leg: Some(leg), map, state, team: None, scouting: None, table: None }
+    }
+
     /// The leg of the hopper that decides.
     ///
     /// # Panics

@@ -220,15 +220,7 @@ impl<'a> Replay<'a> {
         }
         let leg = self.brief.leg(state.visits);
         let plan = planner.plan(
-            &Situation {
-                brief: self.brief,
-                leg: Some(&leg),
-                map,
-                state: &state,
-                team: None,
-                scouting: None,
-                table: self.table.as_deref(),
-            },
+            &Situation { table: self.table.as_deref(), ..Situation::alone(self.brief, &leg, map, &state) },
             &Budget::default(),
         );
         Some(Policy {

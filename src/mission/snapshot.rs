@@ -118,8 +118,7 @@ fn policy(
         // A policy covers the map, but where the mission has ended there is nothing to plan for.
         state.pose.cell = last.from;
     }
-    let situation =
-        Situation { brief, leg: Some(&leg), map, state: &state, team: None, scouting: None, table };
+    let situation = Situation { table, ..Situation::alone(brief, &leg, map, &state) };
     planner.plan(&situation, &Budget::default());
     planner.policy()
 }

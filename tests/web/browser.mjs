@@ -7,7 +7,8 @@ import { join } from "node:path";
 const FLAGS = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--disable-quic", "--no-first-run", "--disable-background-networking",
   "--disable-component-update", "--disable-sync"];
 
-/** Opens an empty page: the browser, the page, and `seen` with the errors of its console and the violations of accessibility. */
+/** Opens an empty page: the browser, the page, `seen` with the errors of its console and the violations of accessibility, and how to
+ * wait for a drawing. */
 export async function open(playwright, chromium, options) {
   const browsers = createRequire(join(playwright, "package.json"))("playwright-core");
   const browser = await browsers.chromium.launch({ executablePath: chromium, headless: true, args: FLAGS });
@@ -23,5 +24,7 @@ export async function open(playwright, chromium, options) {
     const { violations } = await page.evaluate(() => window.axe.run());
     seen.violations.push(...violations.map(({ id, nodes }) => `${state}: ${id} at ${nodes.map(({ target }) => target.join(" ")).join(", ")}`));
   };
-  return { browser, page, seen, accessible };
+  // Once the page has drawn what was asked of it: it draws once a frame, if anything has changed.
+  const drawn = () => page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))));
+  return { browser, page, seen, accessible, drawn };
 }

@@ -7,7 +7,7 @@ import { join } from "node:path";
 import { open } from "./browser.mjs";
 
 const [playwright, chromium, url, folder, name] = process.argv.slice(2);
-const { browser, page, seen, accessible } = await open(playwright, chromium, { viewport: { width: 1280, height: 800 }, colorScheme: "light" });
+const { browser, page, seen, accessible, drawn } = await open(playwright, chromium, { viewport: { width: 1280, height: 800 }, colorScheme: "light" });
 
 /** Where a place in metres from the south-western corner is on the page, and the colour there. */
 const look = ([x, y]) => page.evaluate(([mx, my]) => {
@@ -23,9 +23,6 @@ const look = ([x, y]) => page.evaluate(([mx, my]) => {
 
 /** The colours of a few places that no line crosses: discs, open ground. */
 const places = async () => Promise.all([[100, 62.5], [100, 137.5], [30, 30], [185, 185]].map(look));
-
-/** Once the page has drawn what was asked of it: it draws once a frame, if anything has changed. */
-const drawn = () => page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))));
 
 /** Once all of a mission that is over is on the page: nothing has come for a second. */
 const settled = async () => {

@@ -7,7 +7,7 @@ import { join } from "node:path";
 import { open } from "./browser.mjs";
 
 const [playwright, chromium, url, folder, name] = process.argv.slice(2);
-const { browser, page, seen, accessible } = await open(playwright, chromium, { viewport: { width: 1440, height: 900 }, colorScheme: "light" });
+const { browser, page, seen, accessible, drawn } = await open(playwright, chromium, { viewport: { width: 1440, height: 1100 }, colorScheme: "light" });
 const shot = (what) => page.screenshot({ path: join(folder, `${name}-${what}.png`) });
 const facts = () => page.locator("#why-way").evaluate((list) => (list.hidden ? null : Object.fromEntries([...list.children].map((row) => [row.firstChild.textContent, row.lastChild.textContent]))));
 
@@ -33,7 +33,9 @@ try {
   await page.keyboard.press("Home");
   seen.hops = [];
   for (let hop = 0; hop < 3; hop += 1) {
-    await page.waitForTimeout(120);
+    // A hop is shown in flight where the moment before has been on the page for a while.
+    await drawn();
+    await page.waitForTimeout(150);
     const before = await page.evaluate(() => window.readouts.length);
     await page.keyboard.press("ArrowRight");
     await page.waitForFunction(([number]) => document.getElementById("why-number").textContent === `hop ${number}`, [hop]);

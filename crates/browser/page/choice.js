@@ -114,8 +114,9 @@ export class Choice {
       wrong.push(flown);
       await this.fly([], hop === null ? null : Number(hop));
     }
-    if (missing) wrong.push(`this link is of the elevation model ${missing}: drop that file on the page`);
-    if (wrong.length > 0) this.tell(`the link is wrong: ${wrong.join("; ")}`.replace(/^the link is wrong: (this link is of)/, "$1"));
+    const said = wrong.length > 0 ? [`the link is wrong: ${wrong.join("; ")}`] : [];
+    if (missing) said.push(`this link is of the elevation model ${missing}: drop that file on the page`);
+    if (said.length > 0) this.tell(said.join("; "));
   }
 
   /** Flies what the form says from the start. Why it cannot, or null. */

@@ -15,10 +15,11 @@ const ROW: f64 = 46.0;
 const BOTTOM: f64 = 52.0;
 
 /// How missions fail, with the word and the colour of each.
-const FAILURES: [(Status, &str, &str); 3] = [
+const FAILURES: [(Status, &str, &str); 4] = [
     (Status::Deadlock, "out of steps", "#d9a441"),
     (Status::LeftMap, "left the map", "#7a5195"),
     (Status::Lost, "lost", "#c0392b"),
+    (Status::Underway, "stopped", "#888"),
 ];
 
 /// Rows of one step limit, which share an axis.

@@ -1,7 +1,7 @@
 //! The dynamic programme, one layer for each number of steps left.
 
-use contract::{Action, Branch, Cell, Direction, Grid, Ground, Leg, MotionTable, TableLanding};
-use motion::{Offer, landing, offers, slope_classes, steps};
+use contract::{Action, Branch, Cell, Direction, Ground, Leg, MotionTable};
+use motion::{Offer, landing, offers, slope_classes, steps, table_landing};
 use terrain::Terrain;
 
 /// The branches that a hop may end in.
@@ -79,17 +79,6 @@ impl Landings {
     }
 }
 
-/// The cell of a landing of a table by a hop from `cell`.
-fn cell_of(grid: &Grid, cell: Cell, hop: Direction, landing: &TableLanding) -> Cell {
-    let hops = grid.hop_cells as i32;
-    let [forward, left] = [landing.forward, landing.left].map(|count| i32::from(count) * hops);
-    let [ahead, aside] = [hop, hop.left()].map(|towards| {
-        let unit = grid.hop(Cell::default(), towards);
-        [unit.x.signum(), unit.y.signum()]
-    });
-    Cell::new(cell.x + forward * ahead[0] + left * aside[0], cell.y + forward * ahead[1] + left * aside[1])
-}
-
 /// The layers computed so far.
 pub(crate) struct Horizon {
     goal: Option<usize>,
@@ -115,23 +104,21 @@ impl Horizon {
             if let Some(table) = table {
                 let classes = slope_classes(&grid, (cell, ground), |cell| terrain.ground(cell));
                 return Some(Direction::ALL.map(|hop| {
+                    let cost_of = |branch| steps(ground.soil, Action::Hop(hop), branch);
                     let row = table.rows()[classes[hop as usize]].landings().iter();
                     let mut landings: Vec<Landing> = row
                         .map(|at| Landing {
-                            to: arrives(cell_of(&grid, cell, hop, at)),
+                            to: arrives(table_landing(&grid, cell, hop, at)),
                             probability: at.probability,
-                            cost: steps(
-                                ground.soil,
-                                Action::Hop(hop),
-                                match (at.forward, at.left) {
-                                    (1, 0) => Branch::Intended,
-                                    _ => Branch::Elsewhere,
-                                },
-                            ),
+                            cost: cost_of(if (at.forward, at.left) == (1, 0) {
+                                Branch::Intended
+                            } else {
+                                Branch::Elsewhere
+                            }),
                         })
                         .collect();
                     let lands: f64 = landings.iter().map(|landing| landing.probability).sum();
-                    let cost = steps(ground.soil, Action::Hop(hop), Branch::RolledAway);
+                    let cost = cost_of(Branch::RolledAway);
                     landings.push(Landing { to: None, probability: (1.0 - lands).max(0.0), cost });
                     Some(Landings::Table(landings))
                 }));
@@ -193,12 +180,10 @@ impl Horizon {
         let least_steps = optima.iter().map(|optimum| optimum.least_steps).fold(f64::INFINITY, f64::min);
         let (mut steps, mut direction) = (f64::INFINITY, Direction::North);
         for (optimum, towards) in optima.into_iter().zip(Direction::ALL) {
-            let (counts, its) = match self.by_steps {
-                true => (true, optimum.least_steps),
-                false => (optimum.success >= success - SUCCESS_TIE, optimum.steps),
-            };
-            if counts && its < steps {
-                (steps, direction) = (its, towards);
+            let own_steps = if self.by_steps { optimum.least_steps } else { optimum.steps };
+            let is_candidate = self.by_steps || optimum.success >= success - SUCCESS_TIE;
+            if is_candidate && own_steps < steps {
+                (steps, direction) = (own_steps, towards);
             }
         }
         (Optimum { success, least_steps, steps }, direction)

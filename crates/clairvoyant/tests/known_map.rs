@@ -38,15 +38,7 @@ fn policy(brief: &Brief, terrain: &Terrain) -> Vec<PolicyCell> {
         last_timing: Timing::default(),
     };
     let mut planner = algorithm("mdp").unwrap();
-    let situation = Situation {
-        brief,
-        leg: Some(&leg),
-        map: &map,
-        state: &state,
-        team: None,
-        scouting: None,
-        table: None,
-    };
+    let situation = Situation::alone(brief, &leg, &map, &state);
     planner.plan(&situation, &Budget::default());
     planner.policy().unwrap()
 }

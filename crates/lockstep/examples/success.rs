@@ -15,8 +15,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let schedule = PlannerSchedule::single(planner.parse()?);
         let mut reached = 0;
         for seed in 1..=MISSIONS {
-            let (brief, terrain, faults) = (world.brief.clone(), world.terrain.clone(), world.faults.clone());
-            let mission = Mission { brief, terrain, seed, dynamics: Default::default(), faults, table: None };
+            let mission = Mission::of(&world, seed);
             let flown = fly(mission, &schedule, &mut MonotonicNs::default, &mut |_| ())?;
             reached += u64::from(flown.state.status == Status::Goal);
         }

@@ -54,14 +54,7 @@ impl Case {
             ..base
         };
         brief.limits.steps_max = *steps_max;
-        Mission {
-            brief,
-            terrain: terrain.into(),
-            seed: 1,
-            dynamics: Default::default(),
-            faults: faults.collect(),
-            table: None,
-        }
+        Mission { faults: faults.collect(), ..Mission::under_law(brief, terrain, 1) }
     }
 
     fn fly(&self) -> (lockstep::Flown, Vec<Record>) {

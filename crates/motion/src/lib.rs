@@ -42,7 +42,7 @@ pub use clearance::{clears, design_launch, launch_over};
 pub use collision::{GroundProfile, collision_m};
 pub use draw::{Domain, Draw};
 pub use flight::{arc_height_m, flight, launch_velocity_mps, position_m};
-pub use landing::landing;
+pub use landing::{landing, table_landing};
 pub use launch::Launch;
 pub use offer::{Offer, VERTICAL_DEG, VERTICAL_RAD, checked, offers, vertical_flight, vertical_launch};
 pub use slope_class::slope_classes;

@@ -33,17 +33,11 @@ fn svg(
     route: &[Record],
 ) -> String {
     let picture = Picture {
-        brief,
-        terrain,
-        treasures: &[],
-        map,
         policy,
         route,
         outcome: Status::Deadlock.into(),
         sensing_radius_m: Some(2.25),
-        speeds: &[],
-        announced: &[],
-        details: &[],
+        ..plain(brief, terrain, map)
     };
     picture.svg().unwrap()
 }
@@ -53,6 +47,23 @@ fn mission_svg(side: u32) -> String {
     let (terrain, map) = ground(&brief);
     let route = records(&brief, &steps(2 * side as usize - 8), 4);
     svg(&brief, &terrain, &map, Some(&policy(&brief)), &route)
+}
+
+/// A mission under way without hops, policy, treasures or anything that robots told.
+fn plain<'a>(brief: &'a Brief, terrain: &'a [Ground], map: &'a ObservedMap) -> Picture<'a> {
+    Picture {
+        brief,
+        terrain,
+        treasures: &[],
+        map,
+        policy: None,
+        route: &[],
+        outcome: Status::Underway.into(),
+        sensing_radius_m: None,
+        speeds: &[],
+        announced: &[],
+        details: &[],
+    }
 }
 
 #[test]
@@ -84,19 +95,7 @@ fn impacts_and_rest_positions_are_drawn_where_they_are_told() {
         ],
     };
     let details = [(Decision(0), bounced.clone()), (Decision(1), bounced.at_rest())];
-    let picture = Picture {
-        brief: &brief,
-        terrain: &terrain,
-        treasures: &[],
-        map: &map,
-        policy: None,
-        route: &route,
-        outcome: Status::Underway.into(),
-        sensing_radius_m: None,
-        speeds: &[],
-        announced: &[],
-        details: &details,
-    };
+    let picture = Picture { route: &route, details: &details, ..plain(&brief, &terrain, &map) };
     let text = picture.svg().unwrap();
     let document = Document::parse(&text).unwrap();
     let paths = |wanted: &dyn Fn(&roxmltree::Node<'_, '_>) -> bool| -> Vec<String> {
@@ -131,19 +130,7 @@ fn tiny_plate() -> String {
     let (terrain, map) = ground(&brief);
     let route = records(&brief, &[(Action::Hop(Direction::East), Branch::Intended)], 4);
     let policy = policy(&brief);
-    let before = Picture {
-        brief: &brief,
-        terrain: &terrain,
-        treasures: &[],
-        map: &map,
-        policy: None,
-        route: &[],
-        outcome: Status::Underway.into(),
-        sensing_radius_m: Some(2.0),
-        speeds: &[],
-        announced: &[],
-        details: &[],
-    };
+    let before = Picture { sensing_radius_m: Some(2.0), ..plain(&brief, &terrain, &map) };
     let after = Picture { policy: Some(&policy), route: &route, sensing_radius_m: Some(2.5), ..before };
     let views = vec![
         TitledPicture { heading: "before".into(), picture: before, layer: Layer::Heights },
@@ -263,19 +250,7 @@ fn a_hop_off_the_map_is_drawn_just_beyond_its_edge() {
 fn a_layer_that_does_not_cover_the_grid_is_refused() {
     let brief = brief(4);
     let (terrain, map) = ground(&brief);
-    let picture = Picture {
-        brief: &brief,
-        terrain: &terrain[1..],
-        treasures: &[],
-        map: &map,
-        policy: None,
-        route: &[],
-        outcome: Status::Goal.into(),
-        sensing_radius_m: None,
-        speeds: &[],
-        announced: &[],
-        details: &[],
-    };
+    let picture = Picture { outcome: Status::Goal.into(), ..plain(&brief, &terrain[1..], &map) };
     assert_eq!(picture.svg(), Err(ReportError::Cells { layer: "terrain", need: 16, got: 15 }));
 }
 
@@ -287,17 +262,11 @@ fn a_picture_for_a_paper_is_a_column_without_title_and_with_hatched_sand() {
     let (terrain, map) = ground(&brief);
     let (route, policy) = (records(&brief, &steps(40), 4), policy(&brief));
     let picture = Picture {
-        brief: &brief,
-        terrain: &terrain,
-        treasures: &[],
-        map: &map,
         policy: Some(&policy),
         route: &route,
         outcome: Status::Deadlock.into(),
         sensing_radius_m: Some(2.25),
-        speeds: &[],
-        announced: &[],
-        details: &[],
+        ..plain(&brief, &terrain, &map)
     };
     let (screen, paper) =
         (picture.svg_in(PictureStyle::Screen).unwrap(), picture.svg_in(PictureStyle::Paper).unwrap());
@@ -332,19 +301,8 @@ fn numbers_of_hops_stand_apart_where_the_hopper_comes_back() {
     let there_and_back = |n: usize| if n.is_multiple_of(2) { Direction::East } else { Direction::West };
     let steps: Vec<Step> = (0..60).map(|n| (Action::Hop(there_and_back(n)), Branch::Intended)).collect();
     let route = records(&brief, &steps, 60);
-    let picture = Picture {
-        brief: &brief,
-        terrain: &terrain,
-        treasures: &[],
-        map: &map,
-        policy: None,
-        route: &route,
-        outcome: Status::Deadlock.into(),
-        sensing_radius_m: None,
-        speeds: &[],
-        announced: &[],
-        details: &[],
-    };
+    let picture =
+        Picture { route: &route, outcome: Status::Deadlock.into(), ..plain(&brief, &terrain, &map) };
     let paper = picture.svg_in(PictureStyle::Paper).unwrap();
     let read = Document::parse(&paper).unwrap();
     let is_number = |text: &str| text.parse::<u32>().is_ok_and(|number| number.is_multiple_of(10));
@@ -420,17 +378,11 @@ impl Scouted {
 
     fn picture(&self) -> Picture<'_> {
         Picture {
-            brief: &self.brief,
-            terrain: &self.terrain,
-            treasures: &[],
-            map: &self.map,
-            policy: None,
             route: &self.route,
             outcome: Status::Goal.into(),
-            sensing_radius_m: None,
             speeds: &self.speeds,
             announced: &self.announced,
-            details: &[],
+            ..plain(&self.brief, &self.terrain, &self.map)
         }
     }
 }

@@ -281,14 +281,8 @@ fn rover_mission(seed: u64, number: u64) -> Mission {
     // Drawn last, so that seeds keep their robots.
     robots.iter_mut().for_each(|robot| robot.goal = Goal::Cover(cover));
     let brief = Brief { limits, guard: Guard { deadline_ns, ..BRIEF.guard }, robots: team(&robots), ..brief };
-    Mission {
-        brief,
-        terrain: Terrain { grid, cells, treasures: Vec::new(), prior: Vec::new() }.into(),
-        seed: chance.bits(),
-        dynamics: Default::default(),
-        table: None,
-        faults,
-    }
+    let terrain = Terrain { grid, cells, treasures: Vec::new(), prior: Vec::new() };
+    Mission { faults, ..Mission::under_law(brief, terrain, chance.bits()) }
 }
 
 fn hopper_mission(seed: u64, number: u64, vertical: Vertical) -> Mission {
@@ -338,18 +332,10 @@ fn hopper_mission(seed: u64, number: u64, vertical: Vertical) -> Mission {
         hopper.goal = Goal::Visit(visit);
     }
     brief.robots = team(&[hopper]);
-    Mission {
-        brief,
-        terrain: Terrain { grid, cells, treasures, prior: Vec::new() }.into(),
-        seed: chance.bits(),
-        dynamics: if vertical.hops {
-            Dynamics::Collision(CollisionRules::default())
-        } else {
-            dynamics(seed, number)
-        },
-        table: None,
-        faults: Vec::new(),
-    }
+    let terrain = Terrain { grid, cells, treasures, prior: Vec::new() };
+    let dynamics =
+        if vertical.hops { Dynamics::Collision(CollisionRules::default()) } else { dynamics(seed, number) };
+    Mission { dynamics, ..Mission::under_law(brief, terrain, chance.bits()) }
 }
 
 /// The profiles of most missions; that of the predecessor paper goes with [`Vertical`].

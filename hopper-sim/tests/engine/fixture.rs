@@ -86,14 +86,8 @@ pub fn mission() -> Mission {
         ..Ground::FLAT
     };
     let cells = brief.grid.iter().map(ground).collect();
-    Mission {
-        terrain: Terrain { grid: brief.grid, cells, treasures: Vec::new(), prior: Vec::new() }.into(),
-        brief,
-        seed: 42,
-        dynamics: Default::default(),
-        table: None,
-        faults: Vec::new(),
-    }
+    let terrain = Terrain { grid: brief.grid, cells, treasures: Vec::new(), prior: Vec::new() };
+    Mission::under_law(brief, terrain, 42)
 }
 
 /// The mission with hops that always land where they are meant to, from `start`.

@@ -25,6 +25,8 @@ assets! {
     "/icon.svg" "image/svg+xml" "icon.svg",
     "/main.js" "text/javascript; charset=utf-8" "main.js",
     "/history.js" "text/javascript; charset=utf-8" "history.js",
+    "/figures.js" "text/javascript; charset=utf-8" "figures.js",
+    "/legend.js" "text/javascript; charset=utf-8" "legend.js",
     "/map.js" "text/javascript; charset=utf-8" "map.js",
     "/why.js" "text/javascript; charset=utf-8" "why.js",
     "/palette.js" "text/javascript; charset=utf-8" "palette.js",

@@ -115,15 +115,7 @@ struct Case<'a> {
 impl Case<'_> {
     fn plan(&self, planner: &mut dyn Planner, vetoed: Vetoed, budget: &Budget) -> Plan {
         let state = State { vetoed, ..self.progress.state };
-        let situation = Situation {
-            brief: &self.world.brief,
-            leg: Some(&self.world.leg),
-            map: &self.progress.map,
-            state: &state,
-            team: None,
-            scouting: None,
-            table: None,
-        };
+        let situation = Situation::alone(&self.world.brief, &self.world.leg, &self.progress.map, &state);
         planner.plan(&situation, budget)
     }
 

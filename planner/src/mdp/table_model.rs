@@ -161,7 +161,8 @@ impl<'a> Classes<'a> {
         let landings = self.table.rows()[class].landings().iter();
         let landings =
             landings.map(|at| Landing { forward: at.forward, left: at.left, probability: at.probability });
-        let waits = class >= MotionTable::index(Soil::Sand, -MotionTable::BINS, -MotionTable::BINS);
+        // A hop from sand takes two periods.
+        let waits = MotionTable::soil_of(class) == Soil::Sand;
         self.rows.push(Row { landings: landings.collect(), waits });
         let number = (self.rows.len() - 1) as u16;
         self.numbers[class] = Some(number);

@@ -237,15 +237,7 @@ impl World {
 
     /// What there is to plan for.
     pub fn situation<'a>(&'a self, map: &'a ObservedMap, state: &'a State) -> Situation<'a> {
-        Situation {
-            brief: &self.brief,
-            leg: Some(&self.leg),
-            map,
-            state,
-            team: None,
-            scouting: None,
-            table: None,
-        }
+        Situation::alone(&self.brief, &self.leg, map, state)
     }
 
     /// What `planner` answers at `cell` on `map`, without a bound on its work.

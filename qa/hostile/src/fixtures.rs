@@ -124,14 +124,7 @@ pub fn brief() -> Brief {
 /// A mission in [`world`].
 #[must_use]
 pub fn mission() -> Mission {
-    Mission {
-        brief: brief(),
-        terrain: world().terrain.clone(),
-        seed: 42,
-        dynamics: Default::default(),
-        table: None,
-        faults: Vec::new(),
-    }
+    Mission::under_law(brief(), world().terrain.clone(), 42)
 }
 
 /// The command of the planner in command at `state`: towards the goal.

@@ -213,29 +213,14 @@ fn every_planner_decides_under_every_brief_that_passes() {
             continue;
         }
         Arc::make_mut(&mut terrain).grid = brief.grid;
-        let mission = Mission {
-            brief: brief.clone(),
-            terrain: terrain.clone(),
-            seed: 1,
-            dynamics: Default::default(),
-            faults: Vec::new(),
-            table: None,
-        };
+        let mission = Mission::under_law(brief.clone(), terrain.clone(), 1);
         let state = *Arbiter::new(mission, None, Pace::Max, 0, NOW).state();
         let mut observation = Observation::unseen(&brief, ROBOT);
         observation.fold(&brief, &terrain, state.pose, Decision(0));
         let leg = brief.leg(state.visits);
         for name in planner::ALGORITHMS {
             let mut planner = algorithm(name).unwrap();
-            let situation = Situation {
-                brief: &brief,
-                leg: Some(&leg),
-                map: observation.map(),
-                state: &state,
-                team: None,
-                scouting: None,
-                table: None,
-            };
+            let situation = Situation::alone(&brief, &leg, observation.map(), &state);
             let plan = planner.plan(&situation, &Budget::of(Some(WORK_MAX)));
             assert!(plan.error_bound >= 0.0, "{name}: {} under {brief:?}", plan.error_bound);
             assert!(plan.work <= WORK_MAX, "{name}: work {} under {brief:?}", plan.work);

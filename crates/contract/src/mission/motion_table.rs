@@ -137,6 +137,12 @@ impl MotionTable {
         let place = |bin: i32| (bin.clamp(-Self::BINS, Self::BINS) + Self::BINS) as usize;
         (soil as usize * Self::SIDE + place(along)) * Self::SIDE + place(across)
     }
+
+    /// The soil of a class, an index below [`Self::ROWS`].
+    #[must_use]
+    pub fn soil_of(class: usize) -> Soil {
+        Soil::ALL[class / (Self::SIDE * Self::SIDE)]
+    }
 }
 
 fn fingerprint(rows: &[MotionRow]) -> u64 {
@@ -189,6 +195,11 @@ mod tests {
             }
         }
         assert_eq!(indices, (0..MotionTable::ROWS).collect::<Vec<_>>());
+        for soil in Soil::ALL {
+            for bin in [-MotionTable::BINS, MotionTable::BINS] {
+                assert_eq!(MotionTable::soil_of(MotionTable::index(soil, bin, bin)), soil);
+            }
+        }
         assert_eq!(MotionTable::index(Soil::Sand, 40, -40), MotionTable::index(Soil::Sand, 12, -12));
     }
 

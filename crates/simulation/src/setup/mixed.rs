@@ -302,14 +302,8 @@ pub(super) fn mission(seed: u64, number: u64) -> Mission {
         }
     }
     brief.robots = team(&robots);
-    Mission {
-        brief,
-        terrain: terrain.into(),
-        seed: chance.bits(),
-        dynamics: dynamics(seed, number),
-        table: None,
-        faults,
-    }
+    let dynamics = dynamics(seed, number);
+    Mission { dynamics, faults, ..Mission::under_law(brief, terrain, chance.bits()) }
 }
 
 /// How a hopper hops, and how far it sees.

@@ -135,8 +135,7 @@ pub(super) fn mission(seed: u64, number: u64) -> Mission {
         robots: team(&robots),
         ..brief
     };
-    let (terrain, seed, dynamics) = (terrain.into(), chance.bits(), Default::default());
-    Mission { brief, terrain, seed, dynamics, table: None, faults }
+    Mission { faults, ..Mission::under_law(brief, terrain, chance.bits()) }
 }
 
 /// Adds what a camera that is right so often reads of each cell.

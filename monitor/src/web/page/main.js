@@ -2,6 +2,8 @@
 
 import { MissionHistory } from "./history.js";
 import { drawBar, drawHistogram, drawHistory, drawLine } from "./charts.js";
+import { figuresOf, toGoalM } from "./figures.js";
+import { keysOf } from "./legend.js";
 import { MapView, drawRamp } from "./map.js";
 import { GROUND, robotColour } from "./palette.js";
 import { duration, fixed, missionTime } from "./scale.js";
@@ -159,28 +161,10 @@ function chooseLayers(known) {
   showLayer(isKept ? map.shown() : layers.find(({ first }) => first));
 }
 
-/** What the legend names: what is drawn, and nothing else. */
+/** Names in the legend what is drawn. */
 function showKeys(at) {
-  const { mission, robots } = history;
-  const [isTeam, isFlat, layer] = [robots > 1, !view.space, map.shown()];
-  const hopper = mission.robots.some(({ body }) => body === "hopper");
-  const hasRoute = !isTeam || mission.hops;
-  const near = isFlat && map.placed?.scale >= 4;
-  const { policy, values } = map.options;
-  const last = history.hopBefore(at);
-  const shown = {
-    sand: hopper && layer.look !== "scale",
-    blocked: layer.look !== "scale" && history.hasBlocked,
-    visits: isFlat && layer.look === "entries",
-    contours: isFlat && Boolean(map.lines) && history.high - history.low >= map.lines.stepM,
-    start: !isTeam, goal: !isTeam && mission.goals.length > 0, hopper: !isTeam,
-    owned: isTeam && mission.robots.some(({ goals }) => goals.length > 0), bodies: isTeam, turn: isFlat && isTeam && !history.isOver(at),
-    route: !isTeam, travelled: isTeam, stray: hopper && (hasRoute || !isFlat), crosses: hasRoute && near && map.route.crosses.length > 0, stuck: hasRoute && near && map.route.stuck.length > 0,
-    aim: isFlat && !isTeam && Boolean(last?.stray && history.aimOf(last)) && !history.isOver(at),
-    sensing: isFlat && mission.hops, expected: policy && Boolean(map.policyAt(at)), policy: isFlat && policy && Boolean(map.policyAt(at)),
-    treasure: isFlat && mission.hops && history.treasures(at).length > 0, collected: isFlat && mission.hops && history.collections.some(({ decision }) => decision < at),
-    ways: history.ways.size > 0, routes: isFlat && history.routes.length > 0, sight: isFlat && mission.robots.some((_, robot) => history.viewCells(robot) !== null),
-  };
+  const { mission } = history;
+  const shown = keysOf({ history, map, inSpace: view.space }, at);
   for (const key of document.querySelectorAll("[data-key]")) key.hidden = !shown[key.dataset.key];
   put("blocked-name", mission.hops || mission.speeds ? "impassable" : "obstacle");
   if (map.lines) put("contour-step", `${map.lines.stepM}`);
@@ -201,80 +185,6 @@ function nextLayer() {
 
 // What stands beside the map.
 
-/** The figures of a hopper: names, values and units; of several robots those that are robot 0's also say so. */
-function figures(at) {
-  const { mission, status } = history;
-  const progress = status?.progress;
-  const pose = history.pose(at);
-  const hop = history.hopperHopBefore(at);
-  const size = mission.grid.cell_size_m;
-  const goal = history.goal(at);
-  const distance = Math.hypot(pose.cell[0] - goal[0], pose.cell[1] - goal[1]) * size;
-  const hops = history.hopsUntil(at).filter(({ robot }) => robot === 0);
-  const stray = hops.filter((one) => one.stray).length;
-  let seen = history.seen;
-  if (!isLive()) {
-    seen = 0;
-    for (const first of history.seenAt) seen += first <= at ? 1 : 0;
-  }
-  const share = (100 * seen) / (history.width * history.height);
-  const own = history.robots > 1 ? [0] : [];
-  return [
-    ["hops", `${history.robots > 1 ? hops.length : at}`, "", own],
-    mission.hops_max === null ? ["step", `${hop?.steps ?? 0}`, `/${mission.steps_max}`, own] : ["visited", `${history.visits(at)}`, "goals", own],
-    ["to goal", distance.toFixed(1), "m", own],
-    ["seen", share < 9.95 ? share.toFixed(1) : share.toFixed(0), "%"],
-    ["height", fixed(pose.heightM, 2), "m", own],
-    ["sensing", (history.radiusCells(pose.heightM) * size).toFixed(1), "m", own],
-    ["stray", `${stray + (isLive() && progress ? Math.max(progress.stray_hops - stray, 0) : 0)}`, "", own],
-    ["treasures", `${hop?.treasures ?? 0}`, "", own],
-  ];
-}
-
-/** The figures of robots that cover ground. */
-function teamFigures(at) {
-  const visits = history.visitsUntil(at);
-  let [covered, entered] = [0, 0];
-  for (const count of visits) {
-    covered += count > 0 ? 1 : 0;
-    entered += count;
-  }
-  const share = (100 * (isLive() ? history.seen : history.seenAt.filter((first) => first <= at).length)) / (history.width * history.height);
-  const active = history.poses(at).filter(({ standing }) => standing === "active").length;
-  const due = history.turn(at);
-  return [
-    ["decisions", `${at}`, ""], ["step", `${history.hopBefore(at)?.steps ?? 0}`, `/${history.mission.steps_max}`], ["covered", `${covered}`, "cells"], ["seen", share.toFixed(0), "%"],
-    ["visits", `${entered}`, ""], ["again", entered ? ((100 * (entered - covered)) / entered).toFixed(0) : "0", "%"],
-    ["active", `${active}`, `/${history.robots}`], ["turn", due < 0 ? "–" : `robot ${due}`, "", due < 0 ? [] : [due]],
-  ];
-}
-
-/** How far a robot is from its last goal at its cell, metres; null without a goal or a cell. */
-function toGoalM(robot, cell) {
-  const goal = history.mission.robots[robot]?.goals.at(-1);
-  return goal && cell ? history.mission.grid.cell_size_m * Math.hypot(goal[0] - cell[0] - 0.5, goal[1] - cell[1] - 0.5) : null;
-}
-
-/** The figures of robots on uncertain ground: `to goal` is of the first that drives. */
-function driveFigures(at) {
-  const { grid: { cell_size_m: size }, robots } = history.mission;
-  const moved = { driver: 0, helicopter: 0 };
-  for (let n = 0; n < at - history.first && n < history.hops.length; n += 1) {
-    const { robot, from, to } = history.hops[n];
-    const { body } = robots[robot];
-    if (body in moved) moved[body] += Math.hypot(to[0] - from[0], to[1] - from[1]) * size;
-  }
-  const all = (wanted) => robots.flatMap(({ body }, robot) => (body === wanted ? [robot] : []));
-  const driver = all("driver").slice(0, 1);
-  const toGoal = toGoalM(driver[0], history.poses(at)[driver[0]]?.cell);
-  const byName = Object.fromEntries(teamFigures(at).map((figure) => [figure[0], figure]));
-  return [
-    byName.decisions, ["to goal", toGoal?.toFixed(0) ?? "–", "m", driver], ["driven", moved.driver.toFixed(0), "m", all("driver")],
-    ["flown", moved.helicopter.toFixed(0), "m", all("helicopter")], byName.seen,
-    ["routes", `${history.routes.filter(({ decision }) => decision < at).length}`, ""], byName.active, byName.turn,
-  ];
-}
-
 /** What people call a robot by its body. */
 const KINDS = { driver: "rover" };
 
@@ -294,7 +204,7 @@ function showRobots(at) {
   const due = history.turn(at);
   const rows = history.poses(at).map(({ cell, standing }, robot) => {
     const { body } = history.mission.robots[robot];
-    const toGoal = toGoalM(robot, cell);
+    const toGoal = toGoalM(history, robot, cell);
     return [robot, KINDS[body] ?? body, history.plannerOf(robot, at) ?? "–", cell ? `(${cell.join(", ")})` : "–", toGoal === null ? "" : `${toGoal.toFixed(0)} m`, robot === due ? "its turn" : standing.replace("_", " ")];
   });
   const text = JSON.stringify(rows);
@@ -313,7 +223,7 @@ function showRobots(at) {
 
 function showFigures(at) {
   const list = by("figures");
-  const all = (history.mission.speeds ? driveFigures : history.mission.hops ? figures : teamFigures)(at);
+  const all = figuresOf(history, at, isLive());
   // More robots than these have no room beside a name.
   const robotsOf = (robots) => (robots.length > 3 ? [] : robots);
   if (list.children.length === 0) list.append(...all.map(() => make("div", {}, make("dt"), make("dd", {}, make("span"), make("small")))));
