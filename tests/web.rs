@@ -408,7 +408,7 @@ fn the_page_holds_in_every_state() {
     }
     let interrupted = Mission::new("state-interrupted");
     let (mut run, _) = page_of(&interrupted, &["--seed", "8", "--pace", "2"]);
-    run.await_log("hop 2,");
+    run.await_hop(2);
     run.signal(Signal::INT);
     assert_eq!(run.code(), 130, "{}", run.log());
     missions.push(("interrupted", ".", interrupted));
@@ -577,7 +577,7 @@ fn the_key_is_in_no_argument_and_in_no_file_of_others() {
     let log = run.log();
     let url = log.split("page at ").nth(1).unwrap().split_whitespace().next().unwrap();
     let key = url.split_once("#key=").unwrap().1;
-    run.await_log("hop 1,");
+    run.await_hop(1);
 
     let given = std::fs::read_to_string(&opened).unwrap();
     let file = Path::new(given.trim_end());

@@ -384,6 +384,15 @@ impl Process {
             .unwrap_or_else(|error| panic!("{error} in {:?}\n{}", self.out(), self.log()))
     }
 
+    /// Waits until its log tells of hop `least` or a later one: the monitor writes a line a second, not one for each hop.
+    pub fn await_hop(&self, least: u32) {
+        eventually(&format!("hop {least} or a later one in the log of {}", self.role), || {
+            let log = self.log();
+            let hops = log.split("hop ").skip(1).filter_map(|rest| rest.split_once(',')?.0.parse::<u32>().ok());
+            hops.max().is_some_and(|hop| hop >= least)
+        });
+    }
+
     /// Waits until its log holds `text`.
     pub fn await_log(&self, text: &str) {
         let since = Instant::now();

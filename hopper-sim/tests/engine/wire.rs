@@ -2,7 +2,7 @@
 
 use bytemuck::Zeroable;
 use contract::wire::{CommandV3, RecordV5, StateV4};
-use contract::{Command, MonotonicNs, Record, State, Timing};
+use contract::{Action, Command, MonotonicNs, Record, State, Timing};
 use hopper_sim::{Effect, Event};
 use proptest::prelude::*;
 
@@ -161,7 +161,7 @@ fn every_record_of_a_mission_survives_the_wire_and_broken_ones_do_not() {
     let changes: [fn(&mut RecordV5); 12] = [
         |wire| wire.decision = u64::MAX,
         |wire| wire.leader.term = u64::MAX,
-        |wire| wire.action = 14,
+        |wire| wire.action = Action::CODES as u32,
         |wire| wire.cut = 9,
         |wire| wire.status = 0,
         |wire| wire.outcome.branch = 0,
@@ -170,7 +170,7 @@ fn every_record_of_a_mission_survives_the_wire_and_broken_ones_do_not() {
         |wire| wire.collected = 1 << 16,
         |wire| wire.origin = 0,
         |wire| wire.origin = 5,
-        |wire| wire.vetoed = 1 << 14,
+        |wire| wire.vetoed = 1 << Action::CODES,
     ];
     for (index, change) in changes.into_iter().enumerate() {
         let mut wire = RecordV5::from(&undisturbed()[0]);
