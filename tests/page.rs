@@ -5,14 +5,15 @@ use std::io::{Read, Write};
 use std::net::TcpStream;
 use std::sync::{Arc, Mutex};
 
-use contract::limits::PAST_PAGE_RECORDS;
+use contract::limits::{PAST_PAGE_RECORDS, TABLE_PAGE_ROWS};
 use contract::{
-    Action, Brief, Decision, Detail, DetailPage, Goal, MapPatch, MonotonicNs, MotionModel, Name, Pacing,
-    PastPage, Policy, PolicyCell, Record, RobotId, RunId, State,
+    Action, Body, Brief, Decision, Detail, DetailPage, Goal, MapPatch, MonotonicNs, MotionModel, MotionRow,
+    MotionTable, Name, Pacing, PastPage, Policy, PolicyCell, Record, RobotId, RunId, State, TableLanding,
+    TablePage, TableRequest,
 };
 use hopper_sim::{Arbiter, Mission, Pace};
 use lockstep::PlannerSchedule;
-use monitor::history::{CELLS_A_FRAME, Cursor, Frame, POLICY_SIDE_MAX};
+use monitor::history::{CELLS_A_FRAME, Chances, Cursor, Frame, POLICY_SIDE_MAX};
 use monitor::web::{HISTORIES_MAX, POLICIES_MAX, Page};
 use monitor::{History, Input, Watcher};
 use perception::{Cartographer, Event};
@@ -255,16 +256,57 @@ fn sorted(mut cells: Vec<contract::Cell>) -> Vec<contract::Cell> {
     cells
 }
 
+/// A built-in world whose planners believe a table: hops that rise fall short, those that fall go too far or are lost.
+fn by_table(scenario: &str) -> ResolvedScenario {
+    let mut world = scenario::load(scenario).unwrap().resolve().unwrap();
+    let rows = (0..MotionTable::ROWS).map(|class| {
+        let steep = 0.05 * (class % 5) as f64;
+        let landing = |forward, left, probability| TableLanding { forward, left, probability };
+        let landings = [
+            landing(1, 0, 0.7 - steep),
+            landing(0, 0, 0.1),
+            landing(0, -1, 0.02),
+            landing(2, 0, 0.1 + steep / 2.0),
+            landing(1, 1, 0.05 + steep / 4.0),
+        ];
+        MotionRow::new(&landings).unwrap()
+    });
+    let table = MotionTable::new(rows.collect()).unwrap();
+    for robot in world.brief.robots.iter_mut() {
+        if let Body::Hopper(hopper) = &mut robot.body {
+            hopper.motion.table = table.fingerprint();
+        }
+    }
+    world.table = Some(Arc::new(table));
+    world
+}
+
+/// Tells the history the table that it asks for; without it there are no chances.
+fn hear(history: &mut History, table: &MotionTable, start: &State) {
+    assert!(history.lacks_table());
+    while let Some(TableRequest { run, from }) = history.wanted(MonotonicNs(1)).table {
+        assert_eq!(history.reason(start.pose.cell, start.decision), None);
+        let rows = table.rows()[from as usize..].iter().take(TABLE_PAGE_ROWS).copied().collect();
+        history.on(Input::Table(TablePage { run, from, rows }), MonotonicNs(1));
+    }
+    assert!(!history.lacks_table());
+}
+
 /// P-WEB-WHY: The values of the four hops that the page shows are those of the planner's own model,
 /// and its choice is the best of them.
 #[test]
 fn the_reason_for_a_hop_is_the_planners_own() {
     let worlds =
         ["hard", "sandy", "hills", "patrol"].map(|name| scenario::load(name).unwrap().resolve().unwrap());
-    for world in worlds {
+    let by_table = ["hills", "sandy"].map(by_table);
+    for world in worlds.into_iter().chain(by_table) {
+        let table = world.table.clone();
         let flown = flown_in(world);
         let mut history = History::new(ROBOT);
         history.on(Input::Brief(&flown.brief), MonotonicNs(0));
+        if let Some(table) = &table {
+            hear(&mut history, table, &flown.states[0]);
+        }
         let mut planner = planner::algorithm("mdp").unwrap();
         let mut map = contract::ObservedMap::unseen(flown.brief.run, ROBOT, flown.brief.grid);
         let mut hops = 0;
@@ -283,7 +325,8 @@ fn the_reason_for_a_hop_is_the_planners_own() {
                 break;
             }
             let leg = brief.leg(state.visits);
-            let situation = planner::Situation::alone(brief, &leg, &map, state);
+            let alone = planner::Situation::alone(brief, &leg, &map, state);
+            let situation = planner::Situation { table: table.as_deref(), ..alone };
             let plan = planner.plan(&situation, &planner::Budget::of(None));
             let cells = planner.policy().unwrap();
             let Action::Hop(chosen) = plan.action else { continue };
@@ -316,10 +359,9 @@ fn the_reason_for_a_hop_is_the_planners_own() {
                 );
             }
             for hop in reason.hops {
-                let chances = hop.chances;
-                assert!(
-                    (chances.intended + chances.stayed + chances.left + chances.right - 1.0).abs() < 1e-9
-                );
+                let Chances { aimed, stayed, left, right, elsewhere, lost } = hop.chances;
+                assert!((aimed + stayed + left + right + elsewhere + lost - 1.0).abs() < 1e-9);
+                assert_eq!(elsewhere > 0.0 && lost > 0.0, table.is_some(), "only a table has both");
             }
             hops += 1;
         }

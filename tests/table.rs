@@ -67,6 +67,11 @@ fn actions(mission: &Mission, out: &str) -> Vec<Value> {
     let words = ["run", "--lockstep", "--scenario", "hills.toml", "--seed", "5", "--out", out];
     let output = mission.hopper(&words).output().unwrap();
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    actions_in(mission, out)
+}
+
+/// The actions in the journal of a mission that was flown into `out`.
+fn actions_in(mission: &Mission, out: &str) -> Vec<Value> {
     let journal = format!("{out}/journal");
     let output = mission.hopper(&["journal", "show", &journal, "--format", "json"]).output().unwrap();
     let records = json(&output)["records"].as_array().unwrap().clone();
@@ -104,6 +109,32 @@ fn by_the_law_as_a_table_the_same_hops_are_taken() {
     let need = actions(&law, "out");
     assert!(need.len() > 10);
     assert_eq!(actions(&by_table, "out"), need);
+}
+
+/// P-TABLE-FLAG: `--table` is the same mission as the scenario's key, and a scenario without a hopper refuses it by name.
+#[test]
+fn a_table_may_be_given_on_the_command_line() {
+    let written = folder("table-key", &format!("{HILLS}{BELIEVED}"), &table(PHYSICS));
+    let given = folder("table-flag", HILLS, &table(PHYSICS));
+    let words = ["run", "--lockstep", "--scenario", "hills.toml", "--seed", "5", "--table", "table.toml"];
+    let flown = given.hopper(&[&words[..], &["--out", "flag"]].concat()).output().unwrap();
+    assert_eq!(flown.status.code(), Some(0), "{}", stderr(&flown));
+    assert_eq!(actions_in(&given, "flag"), actions(&written, "key"));
+    let hash = |mission: &Mission, words: &[&str]| {
+        let words = [&["scenario", "check", "hills.toml", "--format", "json"], words].concat();
+        json(&mission.hopper(&words).output().unwrap())["hash"].clone()
+    };
+    let need = hash(&written, &[]);
+    assert!(need.is_string(), "{need}");
+    assert_eq!(hash(&given, &["--table", "table.toml"]), need);
+    assert_ne!(hash(&given, &[]), need);
+
+    let refused = given.hopper(&["scenario", "check", "coverage", "--table", "table.toml"]).output().unwrap();
+    assert_eq!(refused.status.code(), Some(2));
+    assert!(stderr(&refused).contains("brief.motion.table"), "{}", stderr(&refused));
+    let missing = given.hopper(&["scenario", "check", "hard", "--table", "none.toml"]).output().unwrap();
+    assert_eq!(missing.status.code(), Some(2));
+    assert!(stderr(&missing).contains("none.toml"), "{}", stderr(&missing));
 }
 
 /// P-TABLE-CONTENTS: Another table is another mission: a journal is not resumed with it.

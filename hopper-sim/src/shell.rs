@@ -35,6 +35,9 @@ pub struct MissionArgs {
     /// Gravity and soils of a body, with contact dynamics unless --dynamics law: moon, mars, phobos, ryugu or bennu.
     #[arg(long, value_name = "BODY")]
     pub preset: Option<Preset>,
+    /// Where planners believe hops to end, instead of the scenario's: a table of `hopper motion derive`.
+    #[arg(long, value_name = "FILE")]
+    pub table: Option<PathBuf>,
     /// Budget of one decision, landing to commit [default: the scenario's, 600ms].
     #[arg(long, value_parser = positive_duration, value_name = "DURATION", allow_hyphen_values = true)]
     pub budget: Option<Duration>,
@@ -64,6 +67,7 @@ impl MissionArgs {
             || self.profile.is_some()
             || self.dynamics.is_some()
             || self.preset.is_some()
+            || self.table.is_some()
             || of_ground
     }
 
@@ -93,7 +97,7 @@ impl MissionArgs {
             decision_budget_ns: self.budget.map(nanoseconds),
             dem: dem.clone(),
             nodata: self.elevation.nodata().map(<[f64]>::to_vec),
-            table: None,
+            table: self.table.clone(),
         };
         if let (None, Some(dem)) = (&self.scenario, &dem) {
             let fitted = scenario::fitted_with(dem, self.elevation.nodata()).map_err(Failure::usage)?;

@@ -7,7 +7,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use contract::{
     Brief, Control, DetailPage, DetailRequest, MapPage, MapRequest, MonotonicNs, Order, Pacing, Policy,
-    PriorPage, PriorRequest, RobotId, RoutePage, RouteRequest,
+    PriorPage, PriorRequest, RobotId, RoutePage, RouteRequest, TablePage, TableRequest,
 };
 use process::{Client, Failure, Ports, Reader, Writer, accept};
 
@@ -68,6 +68,10 @@ pub struct View<P: Ports> {
     details: Option<P::Client<DetailRequest>>,
     /// When opening it is to be tried again; `None` before the first try.
     details_due: Option<MonotonicNs>,
+    /// Open where planners believe a motion table.
+    tables: Option<P::Client<TableRequest>>,
+    /// When opening it is to be tried again; `None` before the first try.
+    tables_due: Option<MonotonicNs>,
     /// Since when the map of the mission's end is waited for.
     map_awaited: Option<MonotonicNs>,
 }
@@ -94,6 +98,7 @@ pub struct Early {
     prior: Option<PriorPage>,
     route: Option<RoutePage>,
     detail: Option<DetailPage>,
+    table: Option<TablePage>,
 }
 
 impl<P: Ports> View<P> {
@@ -122,6 +127,8 @@ impl<P: Ports> View<P> {
             routes_due: None,
             details: None,
             details_due: None,
+            tables: None,
+            tables_due: None,
             map_awaited: None,
         })
     }
@@ -145,16 +152,19 @@ impl<P: Ports> View<P> {
             prior: accept(priors.and_then(Client::receive)),
             route: accept(routes.and_then(|ports| ports.routes.receive())),
             detail: accept(self.details.as_mut().and_then(Client::receive)),
+            table: accept(self.tables.as_mut().and_then(Client::receive)),
         }
     }
 
-    /// Whether it needs no more from others: it has the prior, the routes, the details and the map of the end, or cannot have them.
+    /// Whether it needs no more from others: it has the prior, the motion table, the routes, the details and the map of the end, or
+    /// cannot have them.
     pub(crate) fn is_whole(&self, has_perception: bool, now: MonotonicNs) -> bool {
         let waits =
             has_perception && self.map_awaited.is_some_and(|since| now.since_ns(since) <= LAST_MAP_NS);
         let history = self.history();
         let has_pages = self.routes.is_none() || !history.lacks_pages();
-        !waits && has_pages && (self.details.is_none() || !history.lacks_details())
+        let has_table = self.tables.is_none() || !history.lacks_table();
+        !waits && has_pages && has_table && (self.details.is_none() || !history.lacks_details())
     }
 
     /// Adds to the history what came, and asks perception for what is missing.
@@ -176,8 +186,8 @@ impl<P: Ports> View<P> {
         }
         let (page, pacing) = (early.page.as_ref().map(Input::Page), early.pacing.map(Input::Pacing));
         let (prior, route) = (early.prior.map(Input::Prior), early.route.as_ref().map(Input::Route));
-        let detail = early.detail.as_ref().map(Input::Detail);
-        let late = [page, pacing, prior, route, detail, policy.map(Input::Policy), Some(Input::Tick)];
+        let (detail, table) = (early.detail.as_ref().map(Input::Detail), early.table.map(Input::Table));
+        let late = [page, pacing, prior, table, route, detail, policy.map(Input::Policy), Some(Input::Tick)];
         late.into_iter().flatten().for_each(add);
         let lacks_map = history.lacks_last_map();
         drop(history);
@@ -186,6 +196,7 @@ impl<P: Ports> View<P> {
             self.snapshots.request(request).map_err(Into::into)?;
         }
         self.open_details(ports);
+        self.open_tables(ports);
         self.ask_for_pages(ports)
     }
 
@@ -207,7 +218,25 @@ impl<P: Ports> View<P> {
         }
     }
 
-    /// Asks hopper-sim for prior, routes and details, where there are any.
+    /// Opens the client for the motion table, where planners believe one.
+    fn open_tables(&mut self, ports: &mut P) {
+        let now = ports.now();
+        let is_due = self.tables_due.is_none_or(|due| now >= due);
+        if self.tables.is_some() || !is_due || !self.history().lacks_table() {
+            return;
+        }
+        match ports.client(RobotId(0)) {
+            Ok(client) => self.tables = Some(client),
+            Err(error) => {
+                if self.tables_due.is_none() {
+                    tracing::warn!("no reasons for hops are shown until there is a place: {error}");
+                }
+                self.tables_due = Some(now.plus_ns(PLACE_NS));
+            }
+        }
+    }
+
+    /// Asks hopper-sim for prior, motion table, routes and details, where there are any.
     fn ask_for_pages(&mut self, ports: &mut P) -> Result<(), Failure> {
         let now = ports.now();
         let is_due = self.routes_due.is_none_or(|due| now >= due);
@@ -229,10 +258,13 @@ impl<P: Ports> View<P> {
                 }
             }
         }
-        if self.routes.is_none() && self.details.is_none() {
+        if self.routes.is_none() && self.details.is_none() && self.tables.is_none() {
             return Ok(());
         }
         let wanted = self.history().wanted(now);
+        if let (Some(request), Some(tables)) = (wanted.table, &mut self.tables) {
+            tables.request(request).map_err(Into::into)?;
+        }
         if let (Some(request), Some(details)) = (wanted.detail, &mut self.details) {
             details.request(request).map_err(Into::into)?;
         }

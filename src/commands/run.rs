@@ -347,7 +347,7 @@ fn world_of_journal(args: &Args, dir: &Path) -> Result<(ResolvedScenario, u64), 
     if (given, seed) != (header.brief.scenario_hash, header.seed) {
         let message = format!(
             "--planners-from needs the journal's own mission, scenario {} with seed {}, got another: \
-             leave --scenario, --profile, --dynamics, --dem and --seed out",
+             leave --scenario, --profile, --dynamics, --table, --dem and --seed out",
             header.brief.scenario, header.seed
         );
         return Err(Failure::new(Exit::Usage, message));

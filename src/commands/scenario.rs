@@ -66,6 +66,9 @@ pub struct Args {
     /// Where hops end in truth, instead of the scenario's: law, collision or contact.
     #[arg(long, value_name = "MODEL")]
     dynamics: Option<MotionModel>,
+    /// Where planners believe hops to end, instead of the scenario's: a table of `hopper motion derive`.
+    #[arg(long, value_name = "FILE")]
+    table: Option<PathBuf>,
     /// Elevation model instead of the scenario's.
     #[arg(long, value_name = "FILE")]
     dem: Option<PathBuf>,
@@ -94,6 +97,7 @@ pub fn run(command: &Command) -> Result<Exit, Failure> {
             let overrides = Overrides {
                 profile: args.profile,
                 dynamics: args.dynamics,
+                table: args.table.clone(),
                 dem: dem.clone(),
                 nodata: nodata.map(<[f64]>::to_vec),
                 ..Overrides::default()

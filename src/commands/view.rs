@@ -101,14 +101,18 @@ pub fn history_of_journal(dir: &Path) -> Result<History, Failure> {
     Ok(replay.end())
 }
 
-/// Passes on the prior of uncertain ground, as hopper-sim would serve it. `hopper view` has the scenario, and no hopper-sim.
-pub fn gather_prior(history: &mut History, brief: &Brief, world: &ResolvedScenario, now: MonotonicNs) {
+/// Passes on the prior of uncertain ground and the motion table of the planners, as hopper-sim would serve them. `hopper view` has the
+/// scenario, and no hopper-sim.
+pub fn gather_pages(history: &mut History, brief: &Brief, world: &ResolvedScenario, now: MonotonicNs) {
     let mission = Mission { brief: brief.clone(), ..Mission::of(world, 0) };
-    if let Some(request) = history.wanted(now).prior
-        && let Some(page) = mission.prior_page(&request, brief.grid.cells())
-    {
-        history.on(Input::Prior(page), now);
-    }
+    let wanted = history.wanted(now);
+    let prior = wanted.prior.and_then(|request| mission.prior_page(&request, brief.grid.cells()));
+    let table = wanted.table.and_then(|request| mission.table_page(&request, MotionTable::ROWS));
+    prior
+        .map(Input::Prior)
+        .into_iter()
+        .chain(table.map(Input::Table))
+        .for_each(|page| _ = history.on(page, now));
 }
 
 /// The processes of a mission as far as a page needs them, fed from its journal.
@@ -140,7 +144,7 @@ impl<'a> Replay<'a> {
         if let Some(team) = replay.team() {
             replay.history.on(Input::Team(&team), now);
         }
-        gather_prior(&mut replay.history, brief, world, now);
+        gather_pages(&mut replay.history, brief, world, now);
         replay.state();
         replay
     }

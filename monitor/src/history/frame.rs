@@ -12,8 +12,8 @@ use speed_layer::{SpeedEstimate, SpeedLayer, SpeedRow};
 use super::layers::GroundLayer;
 use super::reason::Ends;
 use super::{
-    Announced, Announcements, Details, History, HopReason, Hops, LeaderChange, PeerChange, PeerEvent,
-    PeerHistory, Reason, RunHistory, SeenCells, Told, layers,
+    Announced, Announcements, Chances, Details, History, HopReason, Hops, LeaderChange, PeerChange,
+    PeerEvent, PeerHistory, Reason, RunHistory, SeenCells, Told, layers,
 };
 
 /// Most hops in one frame.
@@ -459,11 +459,11 @@ impl Window {
     }
 }
 
-/// The reason for a hop as the page shows it; chances in the order as aimed, stuck, left, right.
+/// The reason for a hop as the page shows it; chances in the order as aimed, stuck, left, right, elsewhere, lost.
 fn reason(reason: &Reason) -> Value {
     let hop = |hop: &HopReason| {
-        let chances = hop.chances;
-        let chances = [chances.intended, chances.stayed, chances.left, chances.right];
+        let Chances { aimed, stayed, left, right, elsewhere, lost } = hop.chances;
+        let chances = [aimed, stayed, left, right, elsewhere, lost];
         let ends = hop.ends.map(|ends| match ends {
             Ends::AtGoal => "goal",
             Ends::OffMap => "off the map",

@@ -17,9 +17,9 @@ mod speeds;
 use contract::{
     Brief, Cell, Collected, Decision, DetailPage, DetailRequest, Heartbeat, Incarnation, MapPage, MapPatch,
     MapRequest, MissingPeer, MonotonicNs, Name, ObservedMap, Pacing, PastPage, Policy, PriorPage,
-    PriorRequest, RobotId, Role, RoutePage, RouteRequest, State, Team,
+    PriorRequest, RobotId, Role, RoutePage, RouteRequest, State, TablePage, TableRequest, Team,
 };
-use follow::{Link, PastFollower, Replica};
+use follow::{Link, PastFollower, Replica, TableFollower};
 use report::layers::Value;
 use report::{Executed, Layer};
 use speed_layer::SpeedLayer;
@@ -29,7 +29,7 @@ pub use details::{DETAILS_KEPT, Details, Told};
 pub use frame::{CELLS_A_FRAME, Cursor, Frame, HOPS_A_FRAME, POLICY_SIDE_MAX};
 pub use hops::{HOPS_KEPT, Hop, Hops, LeaderChange};
 pub use peers::{EVENTS_KEPT, Peer, PeerChange, PeerEvent, PeerHistory};
-pub use reason::{HopReason, Reason};
+pub use reason::{Chances, HopReason, Reason};
 pub use seen_cells::{Seen, SeenCells};
 
 use crate::Progress;
@@ -56,6 +56,8 @@ pub enum Input<'a> {
     Team(&'a Team),
     /// A page of the prior that was requested.
     Prior(PriorPage),
+    /// A page of the motion table that was requested.
+    Table(TablePage),
     /// A route that was requested.
     Route(&'a RoutePage),
     /// What the motion model tells of a decision, as requested.
@@ -75,6 +77,8 @@ pub enum Input<'a> {
 pub struct Wanted {
     /// A page of the prior.
     pub prior: Option<PriorRequest>,
+    /// A page of the motion table that planners believe.
+    pub table: Option<TableRequest>,
     /// The points of a route.
     pub route: Option<RouteRequest>,
     /// What the motion model tells of a decision.
@@ -117,6 +121,7 @@ struct RunHistory {
     announcements: Announcements,
     details: Details,
     speeds: Speeds,
+    table: TableFollower,
 }
 
 impl History {
@@ -168,6 +173,8 @@ impl History {
             Input::Page(page) => return self.of_run(page.run)?.page(page, now),
             Input::Team(team) => self.of_run(team.run)?.team(team),
             Input::Prior(page) => self.of_run(page.run)?.prior(page),
+            // What is no page of the brief's table is asked for again.
+            Input::Table(page) => drop(self.of_run(page.run)?.table.page(page)),
             Input::Route(page) => self.of_run(page.run)?.announcements.page(page),
             Input::Detail(page) => self.of_run(page.run)?.details.page(page),
             Input::Policy(policy) => {
@@ -178,18 +185,24 @@ impl History {
         None
     }
 
-    /// What is missing of the prior, of announced routes and of details, if it is to be requested at `now`. Nothing where a
-    /// hopper goes alone under the law.
+    /// What is missing of the prior, of the motion table, of announced routes and of details, if it is to be requested at `now`.
+    /// Nothing where a hopper goes alone under the law.
     pub fn wanted(&mut self, now: MonotonicNs) -> Wanted {
         let Some(run) = &mut self.run else { return Wanted::default() };
         let route = run.announcements.ask(run.brief.run, now);
-        Wanted { prior: run.speeds.ask(now), route, detail: run.details.ask(now) }
+        Wanted { prior: run.speeds.ask(now), table: run.table.ask(now), route, detail: run.details.ask(now) }
     }
 
     /// Whether what the motion model told of some decision is missing.
     #[must_use]
     pub fn lacks_details(&self) -> bool {
         self.run.as_ref().is_some_and(|run| run.details.is_missing())
+    }
+
+    /// Whether rows of the motion table are missing that planners believe.
+    #[must_use]
+    pub fn lacks_table(&self) -> bool {
+        self.run.as_ref().is_some_and(|run| run.table.is_missing())
     }
 
     /// Whether part of the prior or of the announced routes is missing.
@@ -398,6 +411,8 @@ impl RunHistory {
         speeds.begin(brief);
         let mut details = Details::default();
         details.begin(brief.run);
+        let mut table = TableFollower::default();
+        table.begin(brief);
         Self {
             brief: brief.clone(),
             state: None,
@@ -411,6 +426,7 @@ impl RunHistory {
             announcements: Announcements::default(),
             details,
             speeds,
+            table,
         }
     }
 

@@ -8,10 +8,10 @@
 use contract::map::belief::Belief;
 use contract::map::payoff::LandingPayoff;
 use contract::{
-    Account, Action, Cell, Decision, Direction, Ground, Leg, Name, ObservedMap, Policy, PolicyCell, Profile,
-    RobotId, Soil, UnseenGround, Vetoed,
+    Account, Action, Cell, Decision, Direction, Ground, Leg, MotionRow, MotionTable, Name, ObservedMap,
+    Policy, PolicyCell, Profile, RobotId, Soil, UnseenGround, Vetoed,
 };
-use motion::{Transition, offers};
+use motion::{Transition, offers, slope_classes, table_landing};
 
 use super::{History, RunHistory};
 
@@ -39,8 +39,8 @@ pub struct Reason {
 pub struct HopReason {
     /// Where it aims.
     pub direction: Direction,
-    /// How it may end.
-    pub chances: Transition,
+    /// How it may end, as planners of the mission believe.
+    pub chances: Chances,
     /// Terms w1·S, w2·I and w3·D of landing as aimed, in units of payoff; `None` off the map, on ground known to be
     /// impassable, and at the goal, which has a payoff of its own.
     pub terms: Option<[f64; 3]>,
@@ -49,6 +49,48 @@ pub struct HopReason {
     /// Expected discounted payoff of the hop and what follows; `None` without a policy, where the plan is another process
     /// (profile `paper-2022`, plans over seen ground alone), and while treasures are planned for, whose values depend on which are left.
     pub value: Option<f64>,
+}
+
+/// How a hop may end: probabilities that add up to 1.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Chances {
+    /// On the cell it is aimed at.
+    pub aimed: f64,
+    /// On the cell of departure.
+    pub stayed: f64,
+    /// One hop to the left of the cell of departure.
+    pub left: f64,
+    /// One hop to the right of the cell of departure.
+    pub right: f64,
+    /// On another cell, as only a motion table has it.
+    pub elsewhere: f64,
+    /// Nowhere, as only a motion table has it: the hopper rolls away.
+    pub lost: f64,
+}
+
+impl From<Transition> for Chances {
+    fn from(Transition { intended, stayed, left, right }: Transition) -> Self {
+        Self { aimed: intended, stayed, left, right, ..Self::default() }
+    }
+}
+
+impl From<&MotionRow> for Chances {
+    fn from(row: &MotionRow) -> Self {
+        let mut chances = Self::default();
+        for landing in row.landings() {
+            let place = match (landing.forward, landing.left) {
+                (1, 0) => &mut chances.aimed,
+                (0, 0) => &mut chances.stayed,
+                (0, 1) => &mut chances.left,
+                (0, -1) => &mut chances.right,
+                _ => &mut chances.elsewhere,
+            };
+            *place += landing.probability;
+        }
+        let Self { aimed, stayed, left, right, elsewhere, .. } = chances;
+        // Probabilities may add up to a little more than 1.
+        Self { lost: (1.0 - (aimed + stayed + left + right + elsewhere)).max(0.0), ..chances }
+    }
 }
 
 /// What a landing ends in.
@@ -63,8 +105,8 @@ pub enum Ends {
 }
 
 impl History {
-    /// The reason for a hop from `cell` on the way that is flown when decision `at` is due; `None` outside the grid, and
-    /// where the mission has no hopper.
+    /// The reason for a hop from `cell` on the way that is flown when decision `at` is due; `None` outside the grid, where the
+    /// mission has no hopper, and until the motion table is known that its planners believe.
     #[must_use]
     pub fn reason(&self, cell: Cell, at: Decision) -> Option<Reason> {
         let run = self.run.as_ref()?;
@@ -75,6 +117,9 @@ impl History {
         let before = at.0.checked_sub(1).and_then(|before| run.hops.get(Decision(before)));
         let leg = run.brief.leg_of(RobotId(0), before.map_or(0, |hop| hop.visits))?;
         let planner = run.planner_of(RobotId(0), at);
+        if run.table.is_missing() {
+            return None;
+        }
         Some(Surroundings::new(run, &leg, map, planner).reason(cell, run))
     }
 }
@@ -86,6 +131,14 @@ struct Surroundings<'a> {
     belief: Belief<'a>,
     payoff: LandingPayoff<'a>,
     policy: Option<&'a Policy>,
+    /// Where planners of the mission believe hops to end; `None` where it is by the law.
+    table: Option<&'a MotionTable>,
+}
+
+/// How the four hops from a cell may end, in the order of [`Direction::ALL`].
+enum Endings<'a> {
+    Law([Transition; 4]),
+    Table([&'a MotionRow; 4]),
 }
 
 impl<'a> Surroundings<'a> {
@@ -99,18 +152,32 @@ impl<'a> Surroundings<'a> {
             belief: Belief::new(leg, map),
             payoff: LandingPayoff::new(leg),
             policy: run.policy.1.as_ref().filter(fits),
+            table: run.table.table(),
         }
+    }
+
+    /// How the hops from a cell with that ground may end.
+    fn endings(&self, cell: Cell, ground: &Ground) -> Endings<'a> {
+        if let Some(table) = self.table {
+            let classes = slope_classes(&self.leg.grid, (cell, ground), |cell| self.map.ground(cell));
+            return Endings::Table(classes.map(|class| &table.rows()[class]));
+        }
+        let height_m = |cell| self.map.ground(cell).map(|ground| ground.height_m);
+        let offers = offers(&self.leg.motion, &self.leg.grid, (cell, ground), height_m);
+        // A hop that is not offered stays.
+        let stays = Transition { intended: 0.0, stayed: 1.0, left: 0.0, right: 0.0 };
+        Endings::Law(offers.map(|offer| offer.map_or(stays, |offer| offer.scatter())))
     }
 
     fn reason(&self, cell: Cell, run: &RunHistory) -> Reason {
         let is_here = run.state.as_ref().filter(|state| state.pose.cell == cell);
         let ground = self.belief.ground(cell);
-        let height_m = |cell| self.map.ground(cell).map(|ground| ground.height_m);
-        let offers = offers(&self.leg.motion, &self.leg.grid, (cell, ground), height_m);
-        // A hop that is not offered stays.
-        let stays = Transition { intended: 0.0, stayed: 1.0, left: 0.0, right: 0.0 };
-        let chances = offers.map(|offer| offer.map_or(stays, |offer| offer.scatter()));
-        let values = self.values(cell, ground, &chances);
+        let endings = self.endings(cell, ground);
+        let chances = match &endings {
+            Endings::Law(chances) => chances.map(Chances::from),
+            Endings::Table(rows) => rows.map(Chances::from),
+        };
+        let values = self.values(cell, ground, &endings);
         let hops = Direction::ALL.map(|direction| {
             let to = self.leg.grid.hop(cell, direction);
             let ends = self.ends(to);
@@ -151,7 +218,7 @@ impl<'a> Surroundings<'a> {
     }
 
     /// The values of the four hops in the order of [`Direction::ALL`].
-    fn values(&self, cell: Cell, ground: &Ground, chances: &[Transition; 4]) -> Option<[f64; 4]> {
+    fn values(&self, cell: Cell, ground: &Ground, endings: &Endings<'_>) -> Option<[f64; 4]> {
         let has_treasures = self.leg.priors.treasures > 0 || !self.map.treasures().is_empty();
         // In profile paper-2022 a period pays for the cell that it begins on; over seen ground alone, unseen cells end the plan.
         let is_other =
@@ -160,23 +227,48 @@ impl<'a> Surroundings<'a> {
             return None;
         }
         let here = self.payoff.of(cell, ground) + self.at(cell)?.value;
-        let mut around = [0.0; 4];
-        for direction in Direction::ALL {
-            around[direction as usize] = self.afterstate(self.leg.grid.hop(cell, direction), here)?;
-        }
-        let discount = self.leg.payoff.discount;
-        Some(Direction::ALL.map(|direction| {
-            let Transition { intended, stayed, left, right } = chances[direction as usize];
-            let next = intended * around[direction as usize]
-                + stayed * here
-                + left * around[direction.left() as usize]
-                + right * around[direction.right() as usize];
-            match ground.soil {
-                Soil::Hard => discount * next,
+        let mut values = [0.0; 4];
+        for (value, direction) in values.iter_mut().zip(Direction::ALL) {
+            let next = match endings {
+                Endings::Law(chances) => {
+                    self.next_by_law(cell, here, direction, &chances[direction as usize])?
+                }
+                Endings::Table(rows) => {
+                    self.next_by_table(cell, here, direction, rows[direction as usize])?
+                }
+            };
+            *value = match ground.soil {
+                Soil::Hard => self.leg.payoff.discount * next,
                 // Of the two periods of a hop from sand the first is spent on the cell of departure.
-                Soil::Sand => discount * (self.payoff.of(cell, ground) + discount * next),
-            }
-        }))
+                Soil::Sand => {
+                    let discount = self.leg.payoff.discount;
+                    discount * (self.payoff.of(cell, ground) + discount * next)
+                }
+            };
+        }
+        Some(values)
+    }
+
+    /// What is expected of where a hop may end under the law.
+    fn next_by_law(&self, cell: Cell, here: f64, direction: Direction, chances: &Transition) -> Option<f64> {
+        let at = |towards| self.afterstate(self.leg.grid.hop(cell, towards), here);
+        let Transition { intended, stayed, left, right } = chances;
+        Some(
+            intended * at(direction)?
+                + stayed * here
+                + left * at(direction.left())?
+                + right * at(direction.right())?,
+        )
+    }
+
+    /// What is expected of where a hop may end by a row of the table; what that leaves of 1 is lost.
+    fn next_by_table(&self, cell: Cell, here: f64, direction: Direction, row: &MotionRow) -> Option<f64> {
+        let mut next = Chances::from(row).lost * self.loss();
+        for landing in row.landings() {
+            let to = table_landing(&self.leg.grid, cell, direction, landing);
+            next += landing.probability * if to == cell { here } else { self.afterstate(to, here)? };
+        }
+        Some(next)
     }
 
     /// What landing on `cell` pays and is worth onward; `here` is that of staying.

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use contract::message::Message;
 use contract::{Announcement, DetailPage, DetailRequest, MonotonicNs, RobotId, Route, RoutePage, Team};
-use hopper::commands::view::{ServeArgs, gather_prior, serve};
+use hopper::commands::view::{ServeArgs, gather_pages, serve};
 use monitor::{Event, History, Input, Watcher};
 use node::{Exit, Failure};
 use recording::{JsonMessage, RecordedMessage, Recording, RecordingError};
@@ -135,7 +135,7 @@ fn answer(
     }
     if let Some((_, world)) = scenario_of(recording, &brief)? {
         let later = now.plus_ns(contract::limits::ASK_AGAIN_NS);
-        gather_prior(history, &brief, &world, later);
+        gather_pages(history, &brief, &world, later);
     }
     Ok(())
 }

@@ -204,7 +204,8 @@ export class WhyView {
 
   outcome(hop, chosen, reason) {
     const hops = reason?.hops.find((one) => one.action === chosen);
-    const chance = (n) => (hops ? `, a chance of ${percent(hops.chances[n])} %` : "");
+    // By the law nothing comes to rest elsewhere or is lost, so the planner gave that no chance.
+    const chance = (n) => (!hops ? "" : hops.chances[n] === 0 ? ", which the planner gave no chance" : `, a chance of ${percent(hops.chances[n])} %`);
     const name = chosen ? ACTIONS[chosen][0].toUpperCase() + ACTIONS[chosen].slice(1) : "";
     const way = this.history.wayOf(hop);
     if (way && hop.branch !== "held") return this.told(hop, way, name, chance);
@@ -214,8 +215,8 @@ export class WhyView {
       case "right": return `${name}, but it slipped to the right${chance(3)}.`;
       case "stayed": return "It got stuck and stayed where it was.";
       case "held": return "It held its place.";
-      case "elsewhere": return `${name}, but it came to rest on another cell.`;
-      case "rolled_away": return `${name}, and it did not come to rest: it is lost.`;
+      case "elsewhere": return `${name}, but it came to rest on another cell${chance(4)}.`;
+      case "rolled_away": return `${name}, and it did not come to rest: it is lost${chance(5)}.`;
       case "halted": return "It stopped on its way: the time of the stage was used up.";
       default: return "";
     }
@@ -225,7 +226,7 @@ export class WhyView {
   told(hop, way, name, chance) {
     const aimed = name ? `${name}: ` : "";
     const where = { intended: "on the cell it was aimed at", left: "on the cell to the left", right: "on the cell to the right", stayed: "on the cell it had left", elsewhere: "on another cell" }[hop.branch];
-    const place = { intended: 0, stayed: 1, left: 2, right: 3 }[hop.branch];
+    const place = { intended: 0, stayed: 1, left: 2, right: 3, elsewhere: 4, rolled_away: 5 }[hop.branch];
     const ending = way.ended === "it came to rest" && where ? `it came to rest ${where}` : way.ended;
     return `${aimed}${ending}${place === undefined ? "" : chance(place)}.`.replace(/^./, (first) => first.toUpperCase());
   }
@@ -277,12 +278,13 @@ export class WhyView {
     const vetoed = (hop ? hop.vetoed : reason?.vetoed) ?? "";
     const best = Math.max(...(reason?.hops ?? []).map((one) => this.worth(one, reason) ?? -Infinity));
     const cell = (text, className = "n") => Object.assign(document.createElement("td"), { textContent: text, className });
+    this.root.querySelector("table").classList.toggle("by-table", (reason?.hops ?? []).some((one) => one.chances[4] + one.chances[5] > 0));
     const rows = (reason?.hops ?? []).map((one) => {
       const row = document.createElement("tr");
       row.className = [one.action === chosen ? "chosen" : "", vetoed.includes(one.action) ? "vetoed" : ""].join(" ").trim();
-      const [aimed, stuck, left, right] = one.chances;
+      const [aimed, stuck, left, right, elsewhere, lost] = one.chances;
       const name = Object.assign(document.createElement("th"), { textContent: `${ARROWS[one.action]} ${ACTIONS[one.action]}`, scope: "row" });
-      row.append(name, cell(percent(aimed)), cell(percent(left)), cell(percent(right)), cell(percent(stuck)));
+      row.append(name, cell(percent(aimed)), cell(percent(left)), cell(percent(right)), cell(percent(stuck)), cell(percent(elsewhere + lost), "n other"));
       if (one.terms) row.append(...one.terms.map((term) => cell(signed(term))));
       else row.append(Object.assign(cell(one.ends === "goal" ? "the goal" : one.ends ?? "", "n ends"), { colSpan: 3 }));
       const worth = this.worth(one, reason);
@@ -292,7 +294,7 @@ export class WhyView {
     // Four rows whatever is known, so that nothing below jumps.
     while (rows.length < 4) {
       const row = document.createElement("tr");
-      row.append(Object.assign(document.createElement("th"), { textContent: "–", scope: "row" }), Object.assign(cell("–"), { colSpan: 8 }));
+      row.append(Object.assign(document.createElement("th"), { textContent: "–", scope: "row" }), Object.assign(cell("–"), { colSpan: 9 }));
       rows.push(row);
     }
     this.root.querySelector("tbody").replaceChildren(...rows);
