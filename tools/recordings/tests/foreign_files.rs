@@ -421,3 +421,34 @@ fn a_recovery_that_cannot_be_says_what_it_needs() {
     let text = String::from_utf8(folder.bag(&["info", "b.mcap"]).stdout).unwrap();
     assert!(text.contains("mission     none: not a recording of Hopper"), "{text}");
 }
+
+/// P-ROS2-DAMAGED: Whatever bit of a recording is flipped that no checksum covers, a bag of ROS 2 is made of it or it is refused.
+#[test]
+fn a_damaged_recording_becomes_a_bag_or_is_refused() {
+    /// One of so many bits is flipped.
+    const STRIDE: usize = 2003;
+    let Contents { metadata, definitions, messages } = Contents::of(&seed());
+    let sound = file(&[metadata, definitions, messages].concat(), &[]);
+    let conversion = ros2::Conversion { prior: &[], maps_bytes_max: 1 << 20 };
+    let made_of = |bytes: &[u8]| {
+        let recording = Recording::read(bytes).ok()?;
+        let mission = ros2::Mission::of(&recording).ok()?;
+        let mut bag = Vec::new();
+        let written = ros2::convert(&recording, &mission, &conversion, &mut bag, "a_0.mcap");
+        let messages: u64 = written.unwrap().summary.messages.values().sum();
+        let again = Recording::read(&bag).unwrap();
+        assert!(again.is_whole() && again.entries().count() as u64 == messages, "{:?}", again.fault);
+        Some(messages)
+    };
+    let expected = made_of(&sound).unwrap();
+    let (mut made, mut other) = (0, 0);
+    for bit in (0..8 * sound.len()).step_by(STRIDE) {
+        let mut damaged = sound.clone();
+        damaged[bit / 8] ^= 1 << (bit % 8);
+        if let Some(messages) = made_of(&damaged) {
+            made += 1;
+            other += u64::from(messages != expected);
+        }
+    }
+    assert!(made > 100 && other > 0, "{made} bags, {other} with other messages");
+}

@@ -6,6 +6,8 @@
 mod harness;
 #[path = "recording/python.rs"]
 mod python;
+#[path = "viewers/ros2_bag.rs"]
+mod ros2_bag;
 
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;

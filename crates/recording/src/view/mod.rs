@@ -20,6 +20,7 @@ use prost_types::Timestamp;
 use report::Layer;
 
 pub use point_cloud::Point;
+pub use trail::way;
 pub use views::{ViewMessage, Views};
 
 use crate::proto::foxglove::{Log, Pose, Quaternion, Vector3, log};

@@ -60,55 +60,18 @@ impl Trail {
 
     /// Adds the way of a decision.
     pub fn add(&mut self, brief: &Brief, record: &Record) {
-        let outcome = &record.outcome;
-        if outcome.from == outcome.to {
-            return;
-        }
-        let to = middle(brief, outcome.to, record.pose.height_m);
-        let from = middle(brief, outcome.from, record.pose.height_m - outcome.flight.rise_m);
-        let ink = Ink { part: Part::Flight, strayed: outcome.branch != Branch::Intended };
-        if self.passed == 0 {
-            self.push(from, ink);
-        }
-        let flies = outcome.flight.apex_height_m > 0.0;
-        if flies {
-            let flights = outcome.flight.flights.clamp(1, 2);
-            let along = |share: f64| between(from, to, share);
-            for flight in 0..flights {
-                let share = |n: u32| f64::from(n) / f64::from(flights);
-                for point in arc(along(share(flight)), along(share(flight + 1)), &outcome.flight) {
-                    self.push(point, ink);
-                }
-            }
-        } else {
-            let (dx, dy) = (to.x - from.x, to.y - from.y);
-            let cells = (libm::hypot(dx, dy) / brief.grid.cell_size_m * 2.0).ceil();
-            let count = cells.clamp(1.0, STRAIGHT_POINTS_MAX) as u32;
-            for n in 1..=count {
-                self.push(between(from, to, f64::from(n) / f64::from(count)), ink);
-            }
-        }
+        self.add_points(way_of(brief, record));
     }
 
     /// Adds the way of a hop as the motion model told it: its flights, where it hit and where it rolled.
     pub fn add_way(&mut self, record: &Record, detail: &Detail) {
-        let strayed = !matches!(record.outcome.branch, Branch::Intended | Branch::Held);
-        let point = |[x, y, z]: [f64; 3]| Point { x, y, z };
-        for stretch in way::stretches(detail) {
-            let flies = stretch.launch_mps.is_some();
-            let (count, ink) = match flies {
-                true => (FLIGHT_POINTS, Ink { part: Part::Flight, strayed }),
-                false => (ROLL_POINTS, Ink { part: Part::Rolled, strayed }),
-            };
-            if self.passed == 0 {
-                self.push(point(stretch.from_m), ink);
-            }
-            for n in 1..=count {
-                let ends_in_impact = n == count && !stretch.is_last;
-                let ink = if ends_in_impact { Ink { part: Part::Impact, strayed } } else { ink };
-                self.push(point(stretch.at(f64::from(n) / f64::from(count))), ink);
-            }
-        }
+        self.add_points(way_told(record, detail));
+    }
+
+    /// The first point is where the last way ended.
+    fn add_points(&mut self, points: Vec<(Point, Ink)>) {
+        let known = usize::from(self.passed > 0);
+        points.into_iter().skip(known).for_each(|(point, ink)| self.push(point, ink));
     }
 
     fn push(&mut self, point: Point, ink: Ink) {
@@ -125,6 +88,67 @@ impl Trail {
         }
         self.passed = self.passed.saturating_add(1);
     }
+}
+
+/// The points of the way of a decision, from where it began to where it ended, as viewers draw it; none where the robot did not move.
+#[must_use]
+pub fn way(brief: &Brief, record: &Record, detail: Option<&Detail>) -> Vec<Point> {
+    let points = match detail {
+        Some(detail) => way_told(record, detail),
+        None => way_of(brief, record),
+    };
+    points.into_iter().map(|(point, _)| point).collect()
+}
+
+/// The way of a decision by its outcome alone.
+fn way_of(brief: &Brief, record: &Record) -> Vec<(Point, Ink)> {
+    let outcome = &record.outcome;
+    if outcome.from == outcome.to {
+        return Vec::new();
+    }
+    let to = middle(brief, outcome.to, record.pose.height_m);
+    let from = middle(brief, outcome.from, record.pose.height_m - outcome.flight.rise_m);
+    let ink = Ink { part: Part::Flight, strayed: outcome.branch != Branch::Intended };
+    let mut points = vec![(from, ink)];
+    let flies = outcome.flight.apex_height_m > 0.0;
+    if flies {
+        let flights = outcome.flight.flights.clamp(1, 2);
+        let along = |share: f64| between(from, to, share);
+        for flight in 0..flights {
+            let share = |n: u32| f64::from(n) / f64::from(flights);
+            let arc = arc(along(share(flight)), along(share(flight + 1)), &outcome.flight);
+            points.extend(arc.map(|point| (point, ink)));
+        }
+    } else {
+        let (dx, dy) = (to.x - from.x, to.y - from.y);
+        let cells = (libm::hypot(dx, dy) / brief.grid.cell_size_m * 2.0).ceil();
+        let count = cells.clamp(1.0, STRAIGHT_POINTS_MAX) as u32;
+        points.extend((1..=count).map(|n| (between(from, to, f64::from(n) / f64::from(count)), ink)));
+    }
+    points
+}
+
+/// The way of a hop as the motion model told it.
+fn way_told(record: &Record, detail: &Detail) -> Vec<(Point, Ink)> {
+    let strayed = !matches!(record.outcome.branch, Branch::Intended | Branch::Held);
+    let point = |[x, y, z]: [f64; 3]| Point { x, y, z };
+    let mut points = Vec::new();
+    for stretch in way::stretches(detail) {
+        let flies = stretch.launch_mps.is_some();
+        let (count, ink) = match flies {
+            true => (FLIGHT_POINTS, Ink { part: Part::Flight, strayed }),
+            false => (ROLL_POINTS, Ink { part: Part::Rolled, strayed }),
+        };
+        if points.is_empty() {
+            points.push((point(stretch.from_m), ink));
+        }
+        for n in 1..=count {
+            let ends_in_impact = n == count && !stretch.is_last;
+            let ink = if ends_in_impact { Ink { part: Part::Impact, strayed } } else { ink };
+            points.push((point(stretch.at(f64::from(n) / f64::from(count))), ink));
+        }
+    }
+    points
 }
 
 /// The point at `share` of the straight way.

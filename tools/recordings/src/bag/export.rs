@@ -1,7 +1,8 @@
-//! `hopper bag export`: prints a recording as rows for tables and scripts.
+//! `hopper bag export`: prints a recording as rows for tables and scripts, or makes a bag of ROS 2 of it.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::{self, ErrorKind, Write};
+use std::path::PathBuf;
 
 use contract::spelling::did_you_mean;
 use contract::{Member, Robots, RunId, Stage, Team};
@@ -15,7 +16,7 @@ use recording::{
 use report::DecisionTiming;
 use serde_json::{Map, Value, json};
 
-use super::{Source, at_fault, load, open, warn_of_skipped};
+use super::{Source, at_fault, load, open, ros2_bag, warn_of_skipped};
 
 /// Arguments of `hopper bag export`.
 #[derive(clap::Args, Clone, Debug)]
@@ -24,14 +25,20 @@ pub struct Args {
     source: Source,
     /// `decisions`: one row per decision with action, outcome and the time of every stage; or a topic such as
     /// hop/state: one row per message.
-    #[arg(long, default_value = "decisions", value_name = "NAME")]
+    #[arg(long, default_value = "decisions", value_name = "NAME", conflicts_with = "ros2")]
     topic: String,
     /// Format of the rows on standard output: csv, or json with one object per line.
-    #[arg(long, default_value = "csv", value_parser = ["csv", "json"])]
+    #[arg(long, default_value = "csv", value_parser = ["csv", "json"], conflicts_with = "ros2")]
     format: String,
     /// Print the cells of patches, pages and policies, not only their count; in JSON.
-    #[arg(long)]
+    #[arg(long, conflicts_with = "ros2")]
     full: bool,
+    /// Write the last mission as a bag of ROS 2 (rosbag2, MCAP) into this new folder instead.
+    #[arg(long, value_name = "FOLDER")]
+    ros2: Option<PathBuf>,
+    /// Most MiB that the maps of that bag take in all: 0 for the last map alone.
+    #[arg(long, value_name = "MIB", default_value_t = 256, requires = "ros2")]
+    maps_mib: u32,
 }
 
 /// Writes the rows, one message in memory at a time.
@@ -42,6 +49,9 @@ pub struct Args {
 pub fn run(args: &Args) -> Result<Exit, Failure> {
     let path = &args.source.file;
     let bytes = load(path)?;
+    if let Some(folder) = &args.ros2 {
+        return ros2_bag::write(path, &bytes, folder, args.maps_mib);
+    }
     let recording = open(path, &bytes)?;
     match args.topic.as_str() {
         "decisions" => {

@@ -4,6 +4,7 @@ mod export;
 mod info;
 mod recover;
 mod replay;
+mod ros2_bag;
 
 use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
@@ -29,9 +30,9 @@ pub enum Command {
         after_help = "Examples:\n  hopper bag replay hard.mcap\n  hopper bag replay hard.mcap --planner greedy --rate 10"
     )]
     Replay(replay::Args),
-    /// Print decisions, or the messages of a topic, as rows.
+    /// Print decisions, or the messages of a topic, as rows; or write a bag of ROS 2.
     #[command(
-        after_help = "Examples:\n  hopper bag export hard.mcap > decisions.csv\n  hopper bag export hard.mcap --topic hop/state --format json"
+        after_help = "Examples:\n  hopper bag export hard.mcap > decisions.csv\n  hopper bag export hard.mcap --topic hop/state --format json\n  hopper bag export hard.mcap --ros2 hard-ros2"
     )]
     Export(export::Args),
 }
@@ -138,35 +139,51 @@ pub fn at_fault(path: &Path, error: &RecordingError) -> Failure {
 /// # Errors
 /// Exit code 2 if it is there already, names a folder, or its folder cannot be written to; 1 if it cannot be written.
 pub fn keep(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
-    let there = || Failure::new(Exit::Usage, format!("{} exists already: name another file", path.display()));
-    let failed =
-        |exit, error: io::Error| Failure::new(exit, format!("{} cannot be written: {error}", path.display()));
+    let folder = folder_for(path, "file")?;
+    // Under another name until it is whole; dropping `file` removes it.
+    let file = tempfile::Builder::new().prefix(".hopper-").tempfile_in(folder);
+    let mut file = file.map_err(|error| unwritten(path, Exit::Usage, &error.kind().into()))?;
+    file.as_file_mut().write_all(bytes).map_err(|error| unwritten(path, Exit::Failed, &error))?;
+    match file.persist_noclobber(path) {
+        Ok(_) => Ok(()),
+        Err(error) if error.error.kind() == ErrorKind::AlreadyExists => Err(there(path, "file")),
+        Err(error) => Err(unwritten(path, Exit::Failed, &error.error)),
+    }
+}
+
+/// The folder in which a new file or folder, whichever `what` says, is to be made.
+///
+/// # Errors
+/// Exit code 2 if it is there already, has no name, or its folder is not there.
+pub fn folder_for<'a>(path: &'a Path, what: &str) -> Result<&'a Path, Failure> {
     let need = |what: String| Failure::usage(format!("{} cannot be written: {what}", path.display()));
     if path.symlink_metadata().is_ok() {
-        return Err(there());
+        return Err(there(path, what));
     }
     let ends_in = |end: &[u8]| path.as_os_str().as_encoded_bytes().ends_with(end);
-    if path.file_name().is_none() || ends_in(b"/") || ends_in(b"/.") {
-        return Err(need("need the name of a file, got a folder".into()));
+    let is_named = what == "folder" || !(ends_in(b"/") || ends_in(b"/."));
+    if path.file_name().is_none() || !is_named {
+        return Err(need(format!("need the name of a {what}, got a folder")));
     }
     let folder = path.parent().filter(|folder| *folder != Path::new("")).unwrap_or(Path::new("."));
     match folder.metadata() {
-        Ok(kind) if kind.is_dir() => {}
-        Ok(_) => return Err(need(format!("need a folder, got the file {}", folder.display()))),
+        Ok(kind) if kind.is_dir() => Ok(folder),
+        Ok(_) => Err(need(format!("need a folder, got the file {}", folder.display()))),
         Err(error) if error.kind() == ErrorKind::NotFound => {
-            return Err(need(format!("need a folder that exists, got {}", folder.display())));
+            Err(need(format!("need a folder that exists, got {}", folder.display())))
         }
-        Err(error) => return Err(failed(Exit::Usage, error)),
+        Err(error) => Err(unwritten(path, Exit::Usage, &error)),
     }
-    // Under another name until it is whole; dropping `file` removes it.
-    let file = tempfile::Builder::new().prefix(".hopper-").tempfile_in(folder);
-    let mut file = file.map_err(|error| failed(Exit::Usage, error.kind().into()))?;
-    file.as_file_mut().write_all(bytes).map_err(|error| failed(Exit::Failed, error))?;
-    match file.persist_noclobber(path) {
-        Ok(_) => Ok(()),
-        Err(error) if error.error.kind() == ErrorKind::AlreadyExists => Err(there()),
-        Err(error) => Err(failed(Exit::Failed, error.error)),
-    }
+}
+
+fn there(path: &Path, what: &str) -> Failure {
+    Failure::new(Exit::Usage, format!("{} exists already: name another {what}", path.display()))
+}
+
+/// A failure that names what cannot be written.
+#[must_use]
+pub fn unwritten(path: &Path, exit: Exit, error: &io::Error) -> Failure {
+    Failure::new(exit, format!("{} cannot be written: {error}", path.display()))
 }
 
 /// A recording on the command line.
