@@ -388,7 +388,8 @@ impl Process {
     pub fn await_hop(&self, least: u32) {
         eventually(&format!("hop {least} or a later one in the log of {}", self.role), || {
             let log = self.log();
-            let hops = log.split("hop ").skip(1).filter_map(|rest| rest.split_once(',')?.0.parse::<u32>().ok());
+            let hops =
+                log.split("hop ").skip(1).filter_map(|rest| rest.split_once(',')?.0.parse::<u32>().ok());
             hops.max().is_some_and(|hop| hop >= least)
         });
     }

@@ -8,8 +8,8 @@ use contract::wire::Field;
 use contract::{Decision, Refusal, Timing, fixed_payload};
 use serde::Serialize;
 
-/// A summary of the times of consecutive decisions, nanoseconds. The first number of each list is from landing to commit; the others are the stages of
-/// [`contract::Stage::ALL`].
+/// A summary of the times of consecutive decisions, nanoseconds. The first number of each list is from landing to
+/// commit; the others are the stages of [`contract::Stage::ALL`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Latency {
     /// The first decision.

@@ -1,12 +1,12 @@
 //! Messages of a mission as CCSDS space packets.
 //!
 //! A packet has the primary header of a space packet (CCSDS 133.0-B-2), the secondary header of telemetry of the Packet
-//! Utilization Standard (ECSS-E-ST-70-41C, "PUS-C") with [mission time](MissionTime), a body, and a checksum of 16 bits. There is
-//! one APID for each kind of message ([`Kind`]).
+//! Utilization Standard (ECSS-E-ST-70-41C, "PUS-C") with [mission time](MissionTime), a body, and a checksum of 16
+//! bits. There is one APID for each kind of message ([`Kind`]).
 //!
 //! A body is the wire form of the message ([`contract::wire`]) in big-endian byte order: the fields of its header in their
-//! order, the number of its cells in 16 bits, the fields of each cell. Fields named `reserved` are left out. So body, decoder,
-//! XTCE and the table in `docs/ground.md` follow from the one declaration of each field.
+//! order, the number of its cells in 16 bits, the fields of each cell. Fields named `reserved` are left out. So body,
+//! decoder, XTCE and the table in `docs/ground.md` follow from the one declaration of each field.
 //!
 //! ```
 //! use telemetry::{Event, Headers, Kind, MissionTime, Packet, Telemetry};

@@ -4,8 +4,8 @@ use std::fmt;
 
 /// Time since the mission began, in units of 2⁻¹⁶ s.
 ///
-/// In a packet it is a CCSDS unsegmented time code (CUC, CCSDS 301.0-B-4) without its first field: four bytes of seconds and two
-/// of fractions. It ends after 136 years.
+/// In a packet it is a CCSDS unsegmented time code (CUC, CCSDS 301.0-B-4) without its first field: four bytes of
+/// seconds and two of fractions. It ends after 136 years.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub struct MissionTime(u64);
 

@@ -51,7 +51,8 @@ impl Packet {
     /// Its bytes.
     ///
     /// # Panics
-    /// If the message has more cells than fit into a packet, which none of [`contract`] has but a map patch of more than 1,024.
+    /// If the message has more cells than fit into a packet, which none of [`contract`] has but a map patch of more
+    /// than 1,024.
     #[must_use]
     pub fn encode(&self) -> Vec<u8> {
         let kind = self.body.kind();

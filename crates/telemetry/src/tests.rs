@@ -166,8 +166,8 @@ fn apids_are_each_ones_own() {
     }
 }
 
-/// P-LINK-REFUSES: A packet that is cut, too long, changed in any bit, of another APID, service or structure, or with a field
-/// out of range is refused by name.
+/// P-LINK-REFUSES: A packet that is cut, too long, changed in any bit, of another APID, service or structure, or with a
+/// field out of range is refused by name.
 #[test]
 fn packets_that_cannot_be_are_refused_by_name() {
     let state = samples().into_iter().find(|body| body.kind() == Kind::State).unwrap();
@@ -239,8 +239,8 @@ proptest! {
     }
 }
 
-/// P-LINK-XTCE: The XTCE describes every packet to the last bit: what precedes the cells takes as many bits as in the packet,
-/// and each parameter has a type.
+/// P-LINK-XTCE: The XTCE describes every packet to the last bit: what precedes the cells takes as many bits as in the
+/// packet, and each parameter has a type.
 #[test]
 fn the_xtce_describes_every_packet_to_the_last_bit() {
     let text = xtce::document("test & <build>");

@@ -1,7 +1,8 @@
 //! The description of all packets in XTCE 1.2 (OMG), which mission control software reads.
 //!
-//! A container holds both headers; one for each kind of packet extends it where the APID is its own. Cells, of which a packet has any
-//! number, are one binary parameter, since not every reader of XTCE knows arrays; `docs/ground.md` says what they consist of.
+//! A container holds both headers; one for each kind of packet extends it where the APID is its own. Cells, of which a
+//! packet has any number, are one binary parameter, since not every reader of XTCE knows arrays; `docs/ground.md` says
+//! what they consist of.
 
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
