@@ -112,6 +112,9 @@ enum Command {
     /// [hopper-recordings] Inspect, recover, replay or export a recording.
     #[command(disable_help_flag = true)]
     Bag(Passed),
+    /// [hopper-link] Send telemetry of a mission to the ground as CCSDS space packets, and describe them in XTCE.
+    #[command(disable_help_flag = true)]
+    Link(Passed),
     /// [hopper-recordings] Report where the time of decisions went, and why the longest took so long.
     #[command(disable_help_flag = true)]
     Latency(Passed),
@@ -184,6 +187,7 @@ fn tool(command: &Command) -> Result<Exit, Failure> {
         Command::Validate(passed) => tool::run("validate", passed),
         Command::Gif(passed) => tool::run("gif", passed),
         Command::Bag(passed) => tool::run("bag", passed),
+        Command::Link(passed) => tool::run("link", passed),
         Command::Latency(passed) => tool::run("latency", passed),
         Command::Coverage(passed) => tool::run("coverage", passed),
         Command::Known(passed) => tool::run("known", passed),

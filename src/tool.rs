@@ -12,7 +12,7 @@ use std::process::{Command, ExitCode};
 use node::{Exit, Failure};
 
 /// Programs and the commands they serve. A program has the name of its package.
-pub const TOOLS: [(&str, &[&str]); 7] = [
+pub const TOOLS: [(&str, &[&str]); 8] = [
     ("hopper-dynamics", &["motion", "validate"]),
     // Commands that draw run it themselves, for PDF.
     ("hopper-figures", &["gif"]),
@@ -22,6 +22,7 @@ pub const TOOLS: [(&str, &[&str]); 7] = [
     ("hopper-qa", &["chaos", "endure", "simulate"]),
     // `hopper monitor` runs it itself, for --tui, --record and --foxglove.
     ("hopper-view", &[]),
+    ("hopper-link", &["link"]),
     ("hopper-manual", &["completions", "man"]),
 ];
 

@@ -228,7 +228,7 @@ fn only_node_uses_iceoryx2() {
 }
 
 /// Packages that are not engines: they run processes, threads, or commands on a machine.
-const HOSTS: [&str; 16] = [
+const HOSTS: [&str; 17] = [
     ".",
     "bench",
     "bench/impacts",
@@ -241,6 +241,7 @@ const HOSTS: [&str; 16] = [
     "research",
     "tools/dynamics",
     "tools/figures",
+    "tools/link",
     "tools/manual",
     "tools/recordings",
     "tools/site",
@@ -334,6 +335,7 @@ fn what_the_default_mission_does_not_need_is_not_built_for_it() {
     for stranger in [
         "hopper-dynamics",
         "hopper-figures",
+        "hopper-link",
         "hopper-recordings",
         "hopper-manual",
         "hopper-research",
@@ -341,6 +343,7 @@ fn what_the_default_mission_does_not_need_is_not_built_for_it() {
         "hopper-view",
         "foxglove",
         "foxglove-server",
+        "link",
         "p19",
         "p21",
         "p22",
@@ -352,6 +355,8 @@ fn what_the_default_mission_does_not_need_is_not_built_for_it() {
         "recording",
         "ros2",
         "simulation",
+        "spacepackets",
+        "telemetry",
         "terminal",
         "tungstenite",
     ] {

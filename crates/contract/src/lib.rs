@@ -28,7 +28,7 @@ pub mod action;
 pub mod block;
 pub(crate) mod codec;
 pub mod digest;
-mod field;
+pub mod field;
 pub mod grid;
 pub mod ground;
 pub mod identity;

@@ -34,8 +34,9 @@ impl Suite {
 }
 
 /// All of them.
-pub const SUITES: [Suite; 12] = [
+pub const SUITES: [Suite; 13] = [
     Suite::new("python", &["python", "tests/python.rs"]),
+    Suite::new("packets in Python", &["tools/link", "crates/telemetry"]),
     Suite::new("site", &["tools/site", "crates/browser"]),
     Suite::new("page in a browser", &["monitor/src/web", "tests/web", "tests/web.rs"]),
     Suite::new("batch systems", &["tests/batch", "tests/batch.rs"]),

@@ -1,6 +1,7 @@
 //! Runs, robots and names.
 
 use super::{Codec, Ends};
+use crate::field::Meaning;
 use crate::{Name, Refusal, RobotId, RunId};
 
 /// A run nonce as two halves, the high one first.
@@ -86,6 +87,10 @@ impl Codec<[u8; Name::BYTES]> for ShortName {
         let empty = if self.may_be_empty { "" } else { ", not empty" };
         let most = Name::BYTES - 1;
         format!("at most {most} letters, digits or `._-+`, not beginning with a dot{empty}, then zeros")
+    }
+
+    fn meaning(&self) -> Meaning {
+        Meaning::Text
     }
 
     fn ends(&self) -> Ends<[u8; Name::BYTES]> {

@@ -13,6 +13,7 @@ mod tag;
 mod whole;
 
 use crate::Refusal;
+use crate::field::Meaning;
 
 pub(crate) use bits::{ACTION_BITS, TREASURE_BITS};
 pub(crate) use cell::CELL;
@@ -45,6 +46,11 @@ pub(crate) trait Codec<W> {
     fn ends(&self) -> Ends<W> {
         Ends { inside: Vec::new(), outside: Vec::new() }
     }
+
+    /// What the bytes stand for, for whoever shows them to people.
+    fn meaning(&self) -> Meaning {
+        Meaning::Plain
+    }
 }
 
 /// Values at the ends of a field's range, on both sides.
@@ -65,6 +71,11 @@ pub(crate) trait Accepted<W> {
 
     /// The ends of the range; none where only the declaration can tell.
     fn ends(&self) -> Ends<W>;
+
+    /// What the bytes stand for.
+    fn meaning(&self) -> Meaning {
+        Meaning::Plain
+    }
 }
 
 /// A value that every reader accepts.
@@ -99,6 +110,10 @@ impl<W, C: Codec<W>> Accepted<W> for (C, &str) {
     fn ends(&self) -> Ends<W> {
         self.0.ends()
     }
+
+    fn meaning(&self) -> Meaning {
+        self.0.meaning()
+    }
 }
 
 impl<W: Copy, A: Accepted<W>> Codec<W> for ByHand<A> {
@@ -120,5 +135,9 @@ impl<W: Copy, A: Accepted<W>> Codec<W> for ByHand<A> {
 
     fn ends(&self) -> Ends<W> {
         self.0.ends()
+    }
+
+    fn meaning(&self) -> Meaning {
+        self.0.meaning()
     }
 }

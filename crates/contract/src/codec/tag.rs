@@ -3,6 +3,7 @@
 use std::fmt::Debug;
 
 use super::{Codec, Ends};
+use crate::field::Meaning;
 use crate::{Action, Direction, Refusal};
 
 /// An integer that holds a code.
@@ -69,6 +70,13 @@ pub(crate) const HEADING: Tag<Direction> =
 /// An action that announces no route.
 pub(crate) const ACTION: Tag<Action> = tag(Action::code, Action::from_code);
 
+impl<T: Debug> Tag<T> {
+    /// The codes that stand for something, and for what.
+    fn known(&self) -> Vec<(u32, String)> {
+        (0..256).filter_map(|code| Some((code, format!("{:?}", (self.decode)(code)?)))).collect()
+    }
+}
+
 impl<W: Code, T: Copy + Debug> Codec<W> for Tag<T> {
     type Value = T;
 
@@ -83,8 +91,12 @@ impl<W: Code, T: Copy + Debug> Codec<W> for Tag<T> {
     }
 
     fn range(&self) -> String {
-        let known = (0..256).filter_map(|code| Some(format!("{code} {:?}", (self.decode)(code)?)));
+        let known = self.known().into_iter().map(|(code, name)| format!("{code} {name}"));
         known.collect::<Vec<_>>().join(", ")
+    }
+
+    fn meaning(&self) -> Meaning {
+        Meaning::Codes(self.known())
     }
 
     fn ends(&self) -> Ends<W> {

@@ -3,11 +3,11 @@
 use bytemuck::Pod;
 
 use crate::codec::Codec;
-use crate::field::Field;
+use crate::field::{Field, Shaped, layout_name};
 
 impl Field {
     /// A field of type `W` that `codec` converts. `names` has its own name and that in refusals.
-    pub(crate) fn new<W: Pod>(
+    pub(crate) fn new<W: Pod + Shaped>(
         names: [&'static str; 2],
         offset: usize,
         reason: &'static str,
@@ -15,12 +15,12 @@ impl Field {
     ) -> Self {
         let ends = codec.ends();
         let bytes = |ends: Vec<W>| ends.iter().map(|end| bytemuck::bytes_of(end).to_vec()).collect();
-        let layout = std::any::type_name::<W>();
-        let (brackets, path) = layout.split_at(layout.len() - layout.trim_start_matches('[').len());
         Self {
             name: names[0],
             refused_as: names[1],
-            layout: brackets.to_owned() + path.rsplit("::").next().unwrap_or(path),
+            layout: layout_name::<W>(),
+            shape: W::shape(),
+            meaning: codec.meaning(),
             offset,
             range: codec.range(),
             reason: reason.trim(),
@@ -95,6 +95,12 @@ macro_rules! wire {
                     concat!($($reason),*),
                     &$crate::wire::declaration::wire!(@codec $($codec)?),
                 )),*]
+            }
+        }
+
+        impl $crate::field::Shaped for $wire {
+            fn shape() -> $crate::field::Shape {
+                $crate::field::Shape::Parts(<Self as $crate::message::Wire>::fields())
             }
         }
 
