@@ -11,6 +11,7 @@ use solver::{Effort, Solution, Solver};
 
 use crate::rows::Rows;
 
+mod risk;
 mod rows;
 mod stopwatch;
 
@@ -27,6 +28,8 @@ enum Task {
     Export(WorldArgs),
     /// Solve a world, write its values, print times and memory as JSON.
     Solve(Solve),
+    /// Plan with bounds on the risk, write the world, print the plans as JSON.
+    Risk(risk::Risk),
 }
 
 /// The world, and the folder of its files.
@@ -77,6 +80,7 @@ fn main() -> ExitCode {
     let done = match Options::parse().task {
         Task::Export(args) => export(&args),
         Task::Solve(args) => solve(&args),
+        Task::Risk(args) => risk::plan(&args).map(|plans| print(&plans)),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

@@ -27,6 +27,14 @@ pub enum Error {
         /// The loss that was given.
         got: f64,
     },
+    /// A bound on the probability of being lost is none.
+    #[error(
+        "a bound on the probability of being lost needs to be above 0 and below 1, got {got}; 0.01 allows one loss in a hundred missions"
+    )]
+    RiskBound {
+        /// The bound that was given.
+        got: f64,
+    },
     /// There is no soil, or there are too many.
     #[error("a world needs 1 to {soils_max} soils, got {got}")]
     Soils {

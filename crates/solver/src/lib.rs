@@ -39,6 +39,7 @@
 //! - [`online`] keeps the values of a world in step while its nodes change, and decides hop by hop.
 //! - [`landings`] solves worlds whose hops land by a table, farther than to the next node.
 //! - [`listed`] solves a world whose hops follow from no slope, from nothing and without special kernels.
+//! - [`risk`] bounds the probability of being lost: least expected steps, undiscounted, with certified bounds.
 //! - At the root is what they share: the world ([`grid_world`], [`soil`], [`hop`]), Bellman's operator from the
 //!   definition ([`bellman`]), the bound ([`certificate`]), the greedy hop ([`policy`]), whether a goal can be
 //!   reached ([`goal_search`]), the vector widths and instruction sets ([`simd`]), memory in huge pages
@@ -65,6 +66,7 @@ pub mod listed;
 pub mod online;
 mod pages;
 pub mod policy;
+pub mod risk;
 pub mod simd;
 pub mod soil;
 
