@@ -52,6 +52,7 @@ impl World {
             profile: None,
             dynamics: None,
             preset: None,
+            table: None,
             budget: None,
             dem: None,
             elevation: Default::default(),
