@@ -292,6 +292,20 @@ fn hear(history: &mut History, table: &MotionTable, start: &State) {
     assert!(!history.lacks_table());
 }
 
+/// Holds that every cell's value in the policy is that of its best hop, whether the cell is seen or not, on the edge or not.
+fn are_of_the_best_hops(history: &History, state: &State, cells: &[PolicyCell], tolerance: f64) {
+    let (brief, cell) = (history.brief().unwrap(), state.pose.cell);
+    for at in brief.grid.iter().filter(|at| at.x % 3 == 0 && at.y % 3 == 0 || *at == cell) {
+        let policy = cells[brief.grid.index(at).unwrap()];
+        let reason = history.reason(at, state.decision).unwrap();
+        let values: Vec<f64> = reason.hops.iter().filter_map(|hop| hop.value).collect();
+        let Action::Hop(_) = policy.action else { continue };
+        let best = values.into_iter().fold(f64::MIN, f64::max);
+        let is_best = (best - policy.value).abs() <= tolerance;
+        assert!(is_best, "{} {at:?}: {best} or {}", brief.scenario, policy.value);
+    }
+}
+
 /// P-WEB-WHY: The values of the four hops that the page shows are those of the planner's own model,
 /// and its choice is the best of them.
 #[test]
@@ -344,20 +358,7 @@ fn the_reason_for_a_hop_is_the_planners_own() {
             let best = reason.hops.iter().map(|hop| hop.value.unwrap()).fold(f64::MIN, f64::max);
             let value = reason.hops[chosen as usize].value.unwrap();
             assert!(value >= best - tolerance, "{} {cell:?}: {reason:?}", flown.brief.scenario);
-            // Seen or not, on the edge or not: every cell's value is that of its best hop.
-            for at in brief.grid.iter().filter(|at| at.x % 3 == 0 && at.y % 3 == 0 || *at == cell) {
-                let policy = cells[brief.grid.index(at).unwrap()];
-                let reason = history.reason(at, state.decision).unwrap();
-                let values: Vec<f64> = reason.hops.iter().filter_map(|hop| hop.value).collect();
-                let Action::Hop(_) = policy.action else { continue };
-                let best = values.into_iter().fold(f64::MIN, f64::max);
-                assert!(
-                    (best - policy.value).abs() <= tolerance * 1e3,
-                    "{} {at:?}: {best} or {}",
-                    flown.brief.scenario,
-                    policy.value
-                );
-            }
+            are_of_the_best_hops(&history, state, &cells, tolerance * 1e3);
             for hop in reason.hops {
                 let Chances { aimed, stayed, left, right, elsewhere, lost } = hop.chances;
                 assert!((aimed + stayed + left + right + elsewhere + lost - 1.0).abs() < 1e-9);
