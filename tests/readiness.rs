@@ -138,13 +138,14 @@ fn every_program_watches_signals_before_it_says_that_it_is_ready() {
     assert_eq!(flown.status.code(), Some(0), "{}", String::from_utf8_lossy(&flown.stderr));
     let recording = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/golden/hard.mcap");
     let address = "127.0.0.1:0";
-    let rows: [(&[&str], &str); 11] = [
+    let rows: [(&[&str], &str); 12] = [
         (&["sim"], "joined instance"),
         (&["perception"], "joined instance"),
         (&["planner"], "joined instance"),
         (&["monitor"], "joined instance"),
         (&["monitor", "--web", address], "page at "),
         (&["monitor", "--foxglove", address], "viewers connect to "),
+        (&["link", "--udp", "127.0.0.1:9"], "joined instance"),
         (&["view", "flown", "--web", address], "page at "),
         (&["view", recording, "--web", address], "page at "),
         (&["topic", "echo", "state", "--wait", "10m"], "is not running yet"),
