@@ -49,20 +49,11 @@ impl fmt::Display for Passes {
     }
 }
 
-/// A time such as `90s`, `10m`, `1.5h` or `2d`.
+/// A time such as `90s`, `10m` or `1h 30m`.
 #[must_use]
 pub fn duration(text: &str) -> Option<MissionTime> {
-    let unit = text.chars().last()?;
-    let seconds = match unit {
-        's' => 1.0,
-        'm' => 60.0,
-        'h' => 3600.0,
-        'd' => 86_400.0,
-        _ => return None,
-    };
-    let number: f64 = text[..text.len() - 1].parse().ok()?;
-    let is_within = (0.0..=MissionTime::MAX.seconds()).contains(&(number * seconds));
-    is_within.then(|| MissionTime::from_seconds(number * seconds))
+    let time = humantime::parse_duration(text).ok()?;
+    (time.as_secs_f64() <= MissionTime::MAX.seconds()).then(|| MissionTime::from_seconds(time.as_secs_f64()))
 }
 
 /// Bits that may be sent: a rate while the ground can be reached.

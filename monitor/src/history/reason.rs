@@ -5,6 +5,8 @@
 //! for it. The value of a hop is the right-hand side of Bellman's equation, as `planner/src/mdp/model.rs` has it; a
 //! test compares the two.
 
+use std::cell::OnceCell;
+
 use contract::map::belief::Belief;
 use contract::map::payoff::LandingPayoff;
 use contract::{
@@ -133,6 +135,8 @@ struct Surroundings<'a> {
     policy: Option<&'a Policy>,
     /// Where planners of the mission believe hops to end; `None` where it is by the law.
     table: Option<&'a MotionTable>,
+    /// What being lost is worth, once it was needed: it takes a look at every cell.
+    loss: OnceCell<f64>,
 }
 
 /// How the four hops from a cell may end, in the order of [`Direction::ALL`].
@@ -153,6 +157,7 @@ impl<'a> Surroundings<'a> {
             payoff: LandingPayoff::new(leg),
             policy: run.policy.1.as_ref().filter(fits),
             table: run.table.table(),
+            loss: OnceCell::new(),
         }
     }
 
@@ -288,13 +293,16 @@ impl<'a> Surroundings<'a> {
 
     /// The afterstate value of being lost.
     fn loss(&self) -> f64 {
-        if let Some(leaving) = self.leg.reading.leaving {
-            return leaving;
-        }
-        let nodes = self.leg.grid.iter().filter(|&cell| self.leg.grid.on_same_lattice(cell, self.leg.goal));
-        let grounds =
-            nodes.map(|cell| (cell, self.belief.ground(cell))).filter(|(_, ground)| ground.passable);
-        let worst = grounds.map(|(cell, ground)| self.payoff.of(cell, ground)).fold(0.0, f64::min);
-        LOSS + worst / (1.0 - self.leg.payoff.discount)
+        *self.loss.get_or_init(|| {
+            if let Some(leaving) = self.leg.reading.leaving {
+                return leaving;
+            }
+            let grid = &self.leg.grid;
+            let nodes = grid.iter().filter(|&cell| grid.on_same_lattice(cell, self.leg.goal));
+            let grounds =
+                nodes.map(|cell| (cell, self.belief.ground(cell))).filter(|(_, ground)| ground.passable);
+            let worst = grounds.map(|(cell, ground)| self.payoff.of(cell, ground)).fold(0.0, f64::min);
+            LOSS + worst / (1.0 - self.leg.payoff.discount)
+        })
     }
 }

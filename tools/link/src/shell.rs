@@ -71,7 +71,7 @@ fn address(text: &str) -> Result<SocketAddr, String> {
 /// From a millisecond to a hundred days.
 fn step(text: &str) -> Result<MissionTime, String> {
     let is_within = |time: &MissionTime| (0.001..=8.64e6).contains(&time.seconds());
-    let need = || format!("a decision takes from 0.001s to 100d, e.g. 60s, 2m, 1h; got {text:?}");
+    let need = || format!("a decision takes from 1ms to 100d, e.g. 60s, 2m, 1h; got {text:?}");
     link::duration(text).filter(is_within).ok_or_else(need)
 }
 
@@ -116,8 +116,9 @@ pub fn run(args: &Args) -> Result<Exit, Failure> {
     let mut sender = sender.borrow_mut();
     if exit != Exit::Interrupted && !is_done(&sender) {
         let Tally { cells_waiting, decisions_waiting, .. } = sender.downlink.tally();
+        let nobody = if sender.transport.is_open() { "" } else { ", to whoever connects; Ctrl-C ends it" };
         tracing::info!(
-            "the mission is over; {cells_waiting} cells and {decisions_waiting} decisions are still to be sent"
+            "the mission is over; {cells_waiting} cells and {decisions_waiting} decisions are still to be sent{nobody}"
         );
         while !is_done(&sender) && shutdown.stop_reason().is_none() {
             sender.downlink.advance(Node::now());

@@ -282,7 +282,7 @@ fn what_cannot_be_sent_is_a_usage_error_with_what_was_needed() {
     for (words, need) in [
         (&["--rate", "0"][..], "1..=1000000000000"),
         (&["--passes", "90m/10m"], "LENGTH/PERIOD"),
-        (&["--step", "soon"], "0.001s to 100d"),
+        (&["--step", "soon"], "1ms to 100d"),
         (&["--udp", "nowhere"], "an address is e.g."),
         (&["--udp", "1", "--tcp", "2"], "cannot be used with"),
         (&["--tcp", "192.0.2.1:1"], "--tcp cannot listen on 192.0.2.1:1"),
