@@ -53,19 +53,20 @@ impl Scenario {
         let slope_limit_rad = self.robot.slope_limit_deg.to_radians();
         let mut terrain = Terrain::new(&shaped.relief, resolved.datum_m(), slope_limit_rad, &sand);
         let trip = resolved.spread(&shaped, &mut terrain)?;
-        resolved.resolve_priors(&terrain);
         resolved.resolve_sensor(&terrain.grid)?;
+        resolved.check_hopper(&terrain.grid)?;
+        resolved.check_vertical()?;
 
         let unused = resolved.brief.profile != Profile::Hopper && !resolved.guard.is_empty();
         let robots = resolved.robots_on(&terrain, &shaped.relief, trip)?;
         resolved.add_readings(&robots, &mut terrain);
+        // Climbs are looked for along the arcs of hoppers that were checked.
+        resolved.resolve_priors(&terrain);
         let mut brief = resolved.brief_on(&terrain, &robots)?;
         let table = resolved.motion_table()?;
         terrain.treasures = resolved.treasures_on(&brief, &terrain)?;
         brief.priors.treasures = terrain.treasures.len() as u32;
-        resolved.check_hopper(&terrain.grid)?;
         resolved.truth.dynamics.check(&terrain.grid)?;
-        resolved.check_vertical()?;
         // The wire messages check every bound that applies to scenarios too.
         if let Some(table) = &table {
             let hoppers = brief.robots.iter_mut().filter_map(|robot| match &mut robot.body {
