@@ -370,6 +370,35 @@ fn the_reason_for_a_hop_is_the_planners_own() {
     }
 }
 
+/// P-WEB-WHY.
+#[test]
+fn the_reason_is_that_of_the_planner_in_command() {
+    let flown = flown("hard");
+    let mut history = History::new(ROBOT);
+    history.on(Input::Brief(&flown.brief), MonotonicNs(0));
+    for (state, patches) in flown.states.iter().zip(&flown.patches).take(4) {
+        history.on(Input::State(state), state.landed);
+        patches.iter().for_each(|patch| _ = history.on(Input::Patch(patch.clone()), state.landed));
+    }
+    let state = flown.states[3];
+    history.on(Input::Tick, state.landed);
+    let policy = Policy {
+        run: flown.brief.run,
+        robot: ROBOT,
+        decision: state.decision,
+        planner: "mdp".parse().unwrap(),
+        error_bound: 0.0,
+        cells: vec![PolicyCell { action: Action::Hold, value: 1.0 }; flown.brief.grid.cells()],
+    };
+    history.on(Input::Policy(policy), state.landed);
+    let shown = |history: &History| history.reason(state.pose.cell, state.decision).unwrap().policy;
+    assert_eq!(shown(&history).map(|(planner, ..)| planner.to_string()), Some("mdp".into()));
+    let leader =
+        contract::Leader { planner: "greedy".parse().unwrap(), term: contract::Term(9), ..state.leader };
+    history.on(Input::State(&State { leader, ..state }), state.landed);
+    assert_eq!(shown(&history), None);
+}
+
 /// A flown rover with a helicopter that errs: its robots at the start, its records, its routes, and what it saw last.
 struct Scouted {
     mission: Mission,

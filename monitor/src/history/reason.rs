@@ -118,7 +118,9 @@ impl History {
         let map = run.replica.map()?;
         let before = at.0.checked_sub(1).and_then(|before| run.hops.get(Decision(before)));
         let leg = run.brief.leg_of(RobotId(0), before.map_or(0, |hop| hop.visits))?;
-        let planner = run.planner_of(RobotId(0), at);
+        // Of the decision that is due it is the one in command, if there is one yet.
+        let in_command = run.state.filter(|state| state.leader.term.0 > 0).map(|state| state.leader.planner);
+        let planner = run.planner_of(RobotId(0), at).or(in_command);
         if run.table.is_missing() {
             return None;
         }

@@ -115,6 +115,10 @@ fn latency_is_reported_from_a_recording_and_from_a_running_instance() {
     assert!(std::fs::read_to_string(mission.path("a.svg")).unwrap().ends_with("</svg>\n"));
     assert!(std::fs::read_to_string(mission.path("a.hgrm")).unwrap().contains("Total count"));
     assert_eq!(report(&["a.mcap", "--budget", "1ns"]).status.code(), Some(3));
+    // The mission's own budget is told of, and no threshold was asked for.
+    flown(&mission, "late.mcap", &["--seed", "3", "--budget", "1ns"]);
+    let late = report(&["late.mcap", "--format", "json"]);
+    assert_eq!((late.status.code(), json(&late)["misses"].as_u64() > Some(0)), (Some(0), true));
     let beside = json(&report(&["--compare", "a.mcap", "b.mcap", "--format", "json"]));
     assert_eq!(beside["differs"].as_array().unwrap().len(), 0, "{beside}");
     assert_eq!(beside["comparison"]["pairs"], summary["decisions"]);

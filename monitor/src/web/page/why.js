@@ -67,13 +67,15 @@ export class WhyView {
   }
 
   /** The answer that is there; another is asked for if the policy has moved on and nobody waits for one. */
-  answer({ cell, decision }) {
+  answer(subject) {
+    const { cell, decision } = subject;
+    const decider = this.planner(subject);
     const key = `${cell}:${decision}`;
     const known = this.answers.get(key);
     const { history } = this;
     const policy = history.policy?.decision ?? -1;
-    // An answer with the policy of its own decision is final.
-    const isFinal = known && (known.reason?.policy?.decision === decision || known.policy === policy && known.seen === history.seen);
+    // An answer with the policy of its own decision is final, unless another planner has taken over since.
+    const isFinal = known && known.decider === decider && (known.reason?.policy?.decision === decision || known.policy === policy && known.seen === history.seen);
     const now = performance.now();
     // Only of a hopper that goes alone, or with helicopters, are there chances and values.
     if (!isFinal && !this.asked && history.mission.hops && history.inside(cell)) {
@@ -83,19 +85,25 @@ export class WhyView {
       } else {
         this.asked = key;
         this.askedAt = now;
-        this.ask(cell, decision, key, policy, history.seen);
+        this.ask(cell, decision, key, { policy, seen: history.seen, decider });
       }
     }
-    return known?.reason ?? null;
+    return known?.decider === decider ? this.ofDecider(known.reason, decider) : null;
   }
 
-  async ask(cell, decision, key, policy, seen) {
+  /** An answer without the values of a planner that did not decide. */
+  ofDecider(reason, decider) {
+    const isOwn = !reason?.policy || !decider || reason.policy.planner === decider;
+    return isOwn ? reason : { ...reason, policy: null, hops: reason.hops.map((hop) => ({ ...hop, value: null })) };
+  }
+
+  async ask(cell, decision, key, asked) {
     try {
       const reason = await askWhy(cell, decision);
       if (this.answers.size >= KEPT) this.answers.delete(this.answers.keys().next().value);
-      this.answers.set(key, { reason, policy, seen });
+      this.answers.set(key, { reason, ...asked });
     } catch {
-      this.answers.set(key, { reason: null, policy, seen });
+      this.answers.set(key, { reason: null, ...asked });
     }
     this.asked = null;
     this.onChange();
@@ -104,15 +112,16 @@ export class WhyView {
   update(at) {
     const { history, root } = this;
     const subject = this.subject(at);
-    const reason = this.answer(subject) ?? (this.last?.key === `${subject.cell}` ? this.last.reason : null);
+    const planner = this.planner(subject);
+    const key = `${subject.cell} ${planner}`;
+    const reason = this.answer(subject) ?? (this.last?.key === key ? this.last.reason : null);
     if (reason) {
-      reason.decider = this.planner(subject);
-      this.last = { key: `${subject.cell}`, reason };
+      reason.decider = planner;
+      this.last = { key, reason };
     }
     const act = !history.mission.hops && history.robots > 1 ? "decision" : "hop";
     const title = this.map.selected ? `Cell (${subject.cell.join(", ")})` : `${subject.hop ? "This" : "Next"} ${act}`;
     const way = subject.hop ? history.wayOf(subject.hop) : null;
-    const planner = this.planner(subject);
     // While an answer is on its way the table before stays, dimmed, rather than an empty one.
     const isAwaited = !reason && history.mission.hops && (Boolean(this.asked) || history.inside(subject.cell) && !this.answers.has(`${subject.cell}:${subject.decision}`));
     const text = JSON.stringify([title, subject, reason, way, planner, isAwaited, this.map.options.policy, this.map.options.values]);
