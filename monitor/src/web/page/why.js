@@ -132,7 +132,8 @@ export class WhyView {
     root.querySelector("h2 > span").textContent = title;
     root.querySelector("#why-number").textContent = this.map.selected ? "Esc: back to the hop" : subject.hop ? `${history.decisionWord} ${subject.hop.decision}` : "";
     root.querySelector("p").textContent = this.sentence(subject, reason);
-    const note = isAwaited ? { text: "" } : this.note(subject, reason, planner);
+    // The rule of a planner without values is known before the answer comes.
+    const note = isAwaited ? { text: RULES[planner] ?? "" } : this.note(subject, reason, planner);
     root.querySelector("#why-note").textContent = note.text;
     root.querySelector("#why-note").className = note.isStale ? "note warn" : "note";
     if (!isAwaited) this.fill(subject, reason, planner);
